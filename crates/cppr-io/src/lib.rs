@@ -1,0 +1,20 @@
+//! Files that go into and come out of `cppr`.
+//!
+//! A robot file is TOML with the unit in every key; [`robot_file::parse`] turns it into a
+//! [`cppr::design::RobotDesign`] or into [`Problems`]: everything that is wrong with it at once, each
+//! with its line and with what to write instead.
+
+mod cursor;
+mod keys;
+mod material;
+mod notches;
+pub mod problems;
+mod profile_value;
+mod quantity;
+pub mod robot_file;
+mod stiffness;
+mod syntax;
+mod tube_file;
+
+pub use problems::{Excerpt, Problem, Problems};
+pub use robot_file::{NotchPattern, RobotFile, TubeFile};

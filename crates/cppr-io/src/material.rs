@@ -1,0 +1,134 @@
+//! `[material]` of the robot and `[tube.material]`, whose keys take the place of the robot's.
+
+use crate::cursor::{Cursor, Field};
+use crate::problems::Collector;
+use crate::quantity::{DENSITY, MODULUS, POISSON, print};
+use cppr::design::Material;
+use std::ops::Range;
+
+const KEYS: [&str; 4] = [
+    "youngs_modulus_GPa",
+    "poissons_ratio",
+    "shear_modulus_GPa",
+    "density_kg_m3",
+];
+
+/// What one table says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Written {
+    youngs_modulus: Field,
+    poissons_ratio: Field,
+    shear_modulus: Field,
+    density: Field,
+}
+
+impl Written {
+    /// Reads the table `material` of a cursor, where there is one.
+    pub fn read(parent: &Cursor<'_, '_>, out: &mut Collector) -> Self {
+        let Some(cursor) = parent.child("material", &KEYS, out) else {
+            return Self::default();
+        };
+        let written = Self {
+            youngs_modulus: cursor.field("youngs_modulus_GPa", &MODULUS, out),
+            poissons_ratio: cursor.field("poissons_ratio", &POISSON, out),
+            shear_modulus: cursor.field("shear_modulus_GPa", &MODULUS, out),
+            density: cursor.field("density_kg_m3", &DENSITY, out),
+        };
+        if let (Some(ratio), Some(entry)) =
+            (written.poissons_ratio.value, cursor.get("poissons_ratio"))
+            && !(ratio > -1.0 && ratio < 0.5)
+        {
+            let message = format!(
+                "Poisson's ratio lies between -1 and 0.5, and this is {}",
+                print(ratio)
+            );
+            entry.wrong(message, "Write a number in between, such as 0.35.", out);
+        }
+        if let (true, Some(entry)) = (
+            written.poissons_ratio.present,
+            cursor.get("shear_modulus_GPa"),
+        ) {
+            let message = "Poisson's ratio is given too, and either of them fixes the other";
+            entry.wrong(
+                message,
+                "Keep one of poissons_ratio and shear_modulus_GPa.",
+                out,
+            );
+        }
+        written
+    }
+}
+
+/// The robot's material and what was already said about its gaps.
+#[derive(Clone, Debug)]
+pub(crate) struct Common {
+    written: Written,
+    /// Where to report what is missing.
+    span: Range<usize>,
+    reported: Vec<&'static str>,
+}
+
+impl Common {
+    pub fn read(root: &Cursor<'_, '_>, out: &mut Collector) -> Self {
+        let written = Written::read(root, out);
+        let entry = root.get("material");
+        // A [material] that is misspelt or no table has its own problem: its keys are not missing.
+        let broken = root.has("material") && !entry.as_ref().is_some_and(|e| e.value.is_table());
+        let span = entry.map_or(root.span(), |e| e.key_span);
+        let reported = if broken { KEYS.to_vec() } else { Vec::new() };
+        Self {
+            written,
+            span,
+            reported,
+        }
+    }
+
+    /// The material of a tube.
+    pub fn resolve(&mut self, own: &Written, out: &mut Collector) -> Option<Material> {
+        let common = self.written;
+        let pick = |own: Field, common: Field| if own.present { own } else { common };
+        let modulus = pick(own.youngs_modulus, common.youngs_modulus);
+        let density = pick(own.density, common.density);
+        // Ratio and shear modulus say the same thing: a tube that gives one overrides both.
+        let shear = if own.poissons_ratio.present || own.shear_modulus.present {
+            own
+        } else {
+            &common
+        };
+        let has_shear = shear.poissons_ratio.present || shear.shear_modulus.present;
+        self.need(
+            modulus.present,
+            "youngs_modulus_GPa",
+            "Write youngs_modulus_GPa = 5.39.",
+            out,
+        );
+        let help = "Write poissons_ratio = 0.35, or shear_modulus_GPa if that is what is known.";
+        self.need(has_shear, "poissons_ratio", help, out);
+        let help = "Write density_kg_m3 = 1240, or 0 for a robot without weight.";
+        self.need(density.present, "density_kg_m3", help, out);
+        let youngs_modulus = modulus.value?;
+        let poissons_ratio = match shear.shear_modulus.value {
+            Some(shear_modulus) => youngs_modulus / (2.0 * shear_modulus) - 1.0,
+            None => shear.poissons_ratio.value?,
+        };
+        Some(Material {
+            youngs_modulus,
+            poissons_ratio,
+            density: density.value?,
+        })
+    }
+
+    /// Reports a key that no table gives, once per file.
+    fn need(&mut self, present: bool, key: &'static str, help: &str, out: &mut Collector) {
+        if !present && !self.reported.contains(&key) {
+            self.reported.push(key);
+            let message = "this key is missing";
+            out.missing(
+                self.span.clone(),
+                format!("material.{key}"),
+                message,
+                format!("{help} It belongs under [material]."),
+            );
+        }
+    }
+}

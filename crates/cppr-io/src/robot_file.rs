@@ -1,0 +1,280 @@
+//! Robot files: TOML that describes a robot, read and checked as a whole.
+//!
+//! Lengths are in mm, moduli in GPa, angles in degrees, each said by the key; the [`RobotFile`] is in SI.
+//!
+//! | table | keys |
+//! |---|---|
+//! | the file | `name`, `length_mm` |
+//! | `[material]`, `[tube.material]` | `youngs_modulus_GPa`, `poissons_ratio` or `shear_modulus_GPa`, `density_kg_m3`; a tube's keys take the place of the robot's |
+//! | `[calibration]` | `centroid_offset_factor` (1) |
+//! | `[[tube]]`, the leader first | `outer_radius_mm`, `inner_radius_mm`, `shape` ("round"; "square" and "hexagon" take half the width across flats as radii), `centroid_offset_factor` (that of the robot) |
+//! | `[tube.notches]` | `depth_mm`, `length_mm`, `tooth_mm`, `count` (as many as fit), `opening_deg`, `twist_deg` (0), `torsion` ("saint-venant", "polar" or `{ stiffness_Nmm2 = ... }`), `below_plate` ("plain" or "continued") |
+//! | `[tube.stiffness]`, instead of radii and notches | `centroid_offset_mm`, `bending_y_Nmm2`, `bending_z_Nmm2`, `torsion_Nmm2`, `axial_N` (unknown), `mass_per_length_g_m` (0), `opening_deg`, `twist_deg` (0) |
+//!
+//! A direction is that to which the notches open, from +Y towards +Z; the centroid lies on the other side,
+//! φ = opening + 180°. The leader opens to 180° unless told otherwise, followers must say where they open to.
+//!
+//! A value along a tube is a number, `[base, tip]`, or a table `{ x_mm = [0, 150], depth_mm = [8.2, 7.2] }`;
+//! under `notches`, depth and opening may also be a list with one value per notch, from the base on. A list
+//! of two numbers is always base and tip: a pattern of just two notches is written as a table. The notches
+//! stand in cells of `length_mm` + `tooth_mm` from the baseplate on, each in the middle of its cell.
+//!
+//! Where a shear modulus is given, [`cppr::design::Material::poissons_ratio`] is the number that yields it,
+//! E / (2 G) − 1, which may lie outside what an isotropic material can have.
+
+use crate::cursor::{Cursor, kind};
+use crate::material::Common;
+use crate::problems::{Collector, Problems};
+use crate::quantity::{FACTOR, LENGTH};
+use crate::syntax::report_syntax;
+use crate::tube_file::{KEYS as TUBE_KEYS, Robot, Tube, check_nesting, read_tube};
+use cppr::design::RobotDesign;
+use std::io::Read;
+use std::path::Path;
+use toml::de::{DeTable, DeValue};
+
+/// Largest robot file (bytes).
+pub const LARGEST: usize = 1 << 20;
+
+const KEYS: [&str; 5] = ["name", "length_mm", "material", "calibration", "tube"];
+const EXAMPLE: &str = "Write at least name, length_mm, a [material] and one [[tube]]; the folder robots holds examples.";
+/// Most tubes of a robot.
+const MOST_TUBES: usize = 16;
+/// Longest name (characters).
+const LONGEST_NAME: usize = 200;
+
+/// A robot file that was found sound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotFile {
+    /// The robot.
+    pub design: RobotDesign,
+    /// What the file says of each tube beyond its design, in the same order.
+    pub tubes: Vec<TubeFile>,
+    /// Factor on the centroid offsets under `[calibration]`; a tube may have its own.
+    pub centroid_offset_factor: f64,
+}
+
+/// What a robot file says of a tube that its design does not carry: for drawings and limits.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TubeFile {
+    /// Outer radius, or half the width across flats (m); none where the stiffness is given.
+    pub outer_radius: Option<f64>,
+    /// Inner radius, or half the width across flats (m); none where the stiffness is given.
+    pub inner_radius: Option<f64>,
+    /// The notches, where the file gives their length.
+    pub notches: Option<NotchPattern>,
+    /// Factor on the centroid offset of this tube.
+    pub centroid_offset_factor: f64,
+}
+
+/// A row of equal notches from the baseplate on, with half a tooth before the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotchPattern {
+    /// Length of a notch along the tube (m).
+    pub length: f64,
+    /// Length of the tooth between two notches (m).
+    pub tooth: f64,
+    /// Number of notches.
+    pub count: u32,
+}
+
+impl NotchPattern {
+    /// Rest abscissae of the middles of the notches (m).
+    #[must_use]
+    pub fn middles(&self) -> Vec<f64> {
+        (0..self.count)
+            .map(|i| (f64::from(i) + 0.5) * (self.length + self.tooth))
+            .collect()
+    }
+}
+
+/// Reads a robot file.
+///
+/// # Errors
+/// All problems of the file, under its path: that it cannot be read, is too large, is not UTF-8, is not
+/// TOML, or does not describe a robot.
+pub fn read(path: impl AsRef<Path>) -> Result<RobotFile, Problems> {
+    let path = path.as_ref();
+    let open = || -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        // One byte more than allowed is enough to know that there are too many.
+        std::fs::File::open(path)?
+            .take(LARGEST as u64 + 1)
+            .read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let parsed = match open() {
+        Ok(bytes) => parse_bytes(&bytes),
+        Err(error) => Err(Problems::of_file(
+            format!("the file cannot be read ({error})"),
+            "Check its name and folder.",
+        )),
+    };
+    parsed.map_err(|problems| problems.in_file(path.display().to_string()))
+}
+
+/// Reads a robot from the bytes of a file.
+///
+/// # Errors
+/// All problems of the file.
+pub fn parse_bytes(bytes: &[u8]) -> Result<RobotFile, Problems> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => parse(text),
+        Err(_) if bytes.len() > LARGEST => Err(too_large()),
+        Err(error) => {
+            let sound = bytes.get(..error.valid_up_to()).unwrap_or_default();
+            let line = sound.split(|byte| *byte == b'\n').count();
+            let message =
+                format!("the file is not UTF-8 text: line {line} has a byte that cannot be");
+            Err(Problems::of_file(message, "Save it as UTF-8."))
+        }
+    }
+}
+
+fn too_large() -> Problems {
+    Problems::of_file(
+        "the file is larger than 1 MiB",
+        "A robot file has a few lines. Is it another file?",
+    )
+}
+
+/// Reads a robot from the text of a file.
+///
+/// # Errors
+/// All problems of the text.
+pub fn parse(text: &str) -> Result<RobotFile, Problems> {
+    if text.len() > LARGEST {
+        return Err(too_large());
+    }
+    if text.trim_start_matches('\u{feff}').trim().is_empty() {
+        return Err(Problems::of_file("the file is empty", EXAMPLE));
+    }
+    let mut out = Collector::new(text);
+    let (document, errors) = DeTable::parse_recoverable(text);
+    report_syntax(text, &errors, &mut out);
+    let file = read_robot(document.get_ref(), &mut out);
+    match file {
+        Some(file) if out.is_empty() => Ok(file),
+        _ if out.is_empty() => Err(Problems::of_file(
+            "the file does not describe a robot",
+            EXAMPLE,
+        )),
+        _ => Err(out.finish()),
+    }
+}
+
+fn read_robot(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
+    let root = Cursor::new(table, 0..0, String::new(), &KEYS, out);
+    let name = read_name(&root, out);
+    let length = root.number("length_mm", &LENGTH, out);
+    let material = Common::read(&root, out);
+    let calibration = root.child("calibration", &["centroid_offset_factor"], out);
+    let factor = match calibration.map(|c| c.field("centroid_offset_factor", &FACTOR, out)) {
+        Some(field) if field.present => field.value,
+        _ => Some(1.0),
+    };
+    let mut robot = Robot {
+        length,
+        material,
+        factor,
+    };
+    let tubes = read_tubes(&root, &mut robot, out);
+    check_nesting(&tubes, out);
+    let files = tubes.iter().map(|tube| tube.file.clone()).collect();
+    let designs = tubes
+        .into_iter()
+        .map(|tube| tube.design)
+        .collect::<Option<Vec<_>>>()?;
+    (!designs.is_empty()).then_some(())?;
+    Some(RobotFile {
+        design: RobotDesign {
+            name: name?,
+            length: length?,
+            tubes: designs,
+        },
+        tubes: files,
+        centroid_offset_factor: factor?,
+    })
+}
+
+fn read_name(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<String> {
+    let help = "Write name = \"R1\".";
+    let entry = root.require("name", help, out)?;
+    let name = entry.text(help, out)?;
+    let fault = if name.trim().is_empty() {
+        "the name is empty"
+    } else if name.chars().count() > LONGEST_NAME {
+        "the name is longer than 200 characters"
+    } else if name.chars().any(char::is_control) {
+        "the name has a control character"
+    } else {
+        return Some(name.to_owned());
+    };
+    entry.wrong(fault, help, out);
+    None
+}
+
+fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> Vec<Tube> {
+    let help = "Write a [[tube]] for the leader and one for each follower.";
+    let Some(entry) = root.require("tube", help, out) else {
+        return Vec::new();
+    };
+    let items = match entry.value {
+        DeValue::Array(items) => items,
+        DeValue::Table(table) => {
+            out.wrong(
+                entry.key_span.clone(),
+                "tube",
+                "the header stands in single brackets",
+                "Write [[tube]].",
+            );
+            let cursor = Cursor::new(
+                table,
+                entry.key_span,
+                "tube 1, ".to_owned(),
+                &TUBE_KEYS,
+                out,
+            );
+            return vec![read_tube(&cursor, 1, robot, out)];
+        }
+        _ => {
+            entry.wrong(
+                format!(
+                    "this must be [[tube]] tables, and it is {}",
+                    kind(entry.value)
+                ),
+                help,
+                out,
+            );
+            return Vec::new();
+        }
+    };
+    if items.is_empty() || items.len() > MOST_TUBES {
+        let message = format!("the robot has {} tubes", items.len());
+        entry.wrong(message, format!("Write from 1 to {MOST_TUBES}."), out);
+        return Vec::new();
+    }
+    let mut tubes = Vec::new();
+    for (index, item) in items.iter().enumerate() {
+        let number = index + 1;
+        let tube = if let DeValue::Table(table) = item.get_ref() {
+            let cursor = Cursor::new(
+                table,
+                item.span(),
+                format!("tube {number}, "),
+                &TUBE_KEYS,
+                out,
+            );
+            read_tube(&cursor, number, robot, out)
+        } else {
+            let message = format!(
+                "this must be a [[tube]] table, and it is {}",
+                kind(item.get_ref())
+            );
+            out.wrong(item.span(), format!("tube {number}"), message, help);
+            Tube::default()
+        };
+        tubes.push(tube);
+    }
+    tubes
+}

@@ -1,0 +1,393 @@
+//! All fields of an equilibrium at any section: poses, strains, moments and forces of every tube.
+//!
+//! Curvatures and bending moments follow from the coordinates. Forces are reactions of constraints (the
+//! tubes do not stretch or shear) and follow from balance: the axial force of a follower is what is conjugate
+//! to its |h|, N_k = a_k + ∂ω_k/∂|h| (in an unloaded guided tube T − ½EIκ²), the leader carries the
+//! rest of the section's total force, and the shear force of each tube balances its moment about the
+//! centre, dM/dX + g t × Q + m = 0: tubes touch without friction, so that contact acts through the centre.
+
+use crate::design::Robot;
+use crate::kinematics::follower::local;
+use crate::kinematics::layout::Layout;
+use crate::kinematics::magnus::Magnus;
+use crate::kinematics::pose::{curvature, point};
+use crate::kinematics::so3;
+use crate::solve::{Equilibrium, Workspace};
+use crate::statics::energy;
+use nalgebra::{Matrix3, Vector3};
+
+/// One tube at one section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TubeSection {
+    /// Rest abscissa of the tube's section that faces this one: X itself for the leader, x_k for a
+    /// follower (m). Negative for a section from below the plate.
+    pub abscissa: f64,
+    /// Rotation of the section in the base frame; columns: tangent, direction of the centroid, normal to both.
+    pub rotation: Matrix3<f64>,
+    /// Centroid in the base frame (m).
+    pub centroid: Vector3<f64>,
+    /// |h|: length of the tube per length of the leader (-).
+    pub rate: f64,
+    /// Twist rate against rest Δτ (rad/m) and curvatures about the section's second and third axis (1/m).
+    pub strain: Vector3<f64>,
+    /// Stretch e (-).
+    pub stretch: f64,
+    /// Torque about the tube's centre and bending moments about the section's second and third axis through
+    /// the centroid (N m), acting from the tip's side.
+    pub moment: Vector3<f64>,
+    /// Axial force, tension positive, and shear forces along the section's second and third axis (N), from the tip's side.
+    pub force: Vector3<f64>,
+}
+
+/// The robot at one section X of the leader.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Label X: rest abscissa of the leader (m).
+    pub label: f64,
+    /// The leader's rotation in the base frame.
+    pub rotation: Matrix3<f64>,
+    /// Centre of the section in the base frame (m).
+    pub centre: Vector3<f64>,
+    /// The leader's curvature vector K in its own frame, twist of the pattern included (1/m).
+    pub curvature: Vector3<f64>,
+    /// Follower angles against rest Δθ_k (rad), tube 2 first.
+    pub angles: Vec<f64>,
+    /// Every tube, the leader first.
+    pub tubes: Vec<TubeSection>,
+    /// Elastic energy of all tubes per length of the leader (J/m).
+    pub energy_density: f64,
+}
+
+/// The robot's shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Sections at the labels asked for.
+    pub sections: Vec<Section>,
+}
+
+impl Shape {
+    /// Fields at the given labels, each in [0, L] (m).
+    #[must_use]
+    pub fn at(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium, labels: &[f64]) -> Self {
+        equilibrium.refresh(robot, workspace);
+        let recovery = Recovery::new(robot, workspace, equilibrium);
+        Self { sections: labels.iter().map(|&x| recovery.section(x)).collect() }
+    }
+
+    /// Fields at `count` ≥ 2 equally spaced labels from the baseplate to the tip.
+    #[must_use]
+    pub fn sampled(
+        robot: &Robot,
+        workspace: &mut Workspace,
+        equilibrium: &Equilibrium,
+        count: usize,
+    ) -> Self {
+        let last = count.max(2) - 1;
+        let labels: Vec<f64> = (0..=last).map(|i| robot.length() * i as f64 / last as f64).collect();
+        Self::at(robot, workspace, equilibrium, &labels)
+    }
+}
+
+/// Pose of the tip: rotation of the leader's last section and centre (m).
+#[must_use]
+pub fn tip_pose(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    equilibrium: &Equilibrium,
+) -> (Matrix3<f64>, Vector3<f64>) {
+    equilibrium.refresh(robot, workspace);
+    let last = workspace.poses.rotation.len() - 1;
+    (workspace.poses.rotation[last], workspace.poses.centre[last])
+}
+
+/// Values at the nodes from which forces are interpolated.
+struct Recovery<'a> {
+    robot: &'a Robot,
+    workspace: &'a Workspace,
+    layout: &'a Layout,
+    coordinates: &'a [f64],
+    /// Per node and follower: axial force (N).
+    tension: Vec<f64>,
+    /// Per node and tube: M about the centre in the leader's frame (N m).
+    moment: Vec<Vector3<f64>>,
+    /// Per node and tube: distributed moment about the centre in the leader's frame (N).
+    distributed: Vec<Vector3<f64>>,
+    /// Force of all loads beyond each element's end (N), base frame.
+    beyond: Vec<Vector3<f64>>,
+}
+
+impl<'a> Recovery<'a> {
+    fn new(robot: &'a Robot, workspace: &'a Workspace, equilibrium: &'a Equilibrium) -> Self {
+        let layout = &equilibrium.layout;
+        let followers = layout.tubes - 1;
+        let mut recovery = Self {
+            robot,
+            workspace,
+            layout,
+            coordinates: &equilibrium.coordinates,
+            tension: vec![0.0; layout.nodes * followers],
+            moment: vec![Vector3::zeros(); layout.nodes * layout.tubes],
+            distributed: vec![Vector3::zeros(); layout.nodes * layout.tubes],
+            beyond: vec![Vector3::zeros(); layout.elements.len()],
+        };
+        let gravity = equilibrium.command.loads.gravity;
+        for (e, element) in layout.elements.iter().enumerate() {
+            let rule = &layout.rules[element.rule];
+            for i in 0..rule.n {
+                recovery.at_node(e, element.first_node + i, i, rule.weights[i], gravity);
+            }
+        }
+        let mut force = Vector3::zeros();
+        for (e, element) in layout.elements.iter().enumerate().rev() {
+            let n = layout.rules[element.rule].n;
+            force += recovery.load(e, n);
+            recovery.beyond[e] = force;
+            force += (0..n).map(|i| recovery.load(e, i)).sum::<Vector3<f64>>();
+        }
+        recovery.leader_moments(&recovery.leader_tension());
+        recovery
+    }
+
+    /// Load at a point (N).
+    fn load(&self, e: usize, i: usize) -> Vector3<f64> {
+        let forces = &self.workspace.assembly.point_force;
+        forces.get(point(self.layout, e, i)).copied().unwrap_or_default()
+    }
+
+    fn at_node(&mut self, e: usize, node: usize, i: usize, weight: f64, gravity: Option<Vector3<f64>>) {
+        let Workspace { state, assembly, poses, .. } = self.workspace;
+        let tubes = self.layout.tubes;
+        let at = point(self.layout, e, i);
+        for f in 0..tubes - 1 {
+            let index = node * (tubes - 1) + f;
+            let (facing, jets) = (&state.facing[index], &assembly.jets[node * tubes + f + 1]);
+            let v = state.variables(node, f);
+            let mut tension = assembly.adjoint[index] / weight + energy::by_rate(facing, v[local::EK], jets);
+            let along = Vector3::new(0.0, -facing.cos, facing.sin);
+            if let Some(gravity) = gravity {
+                let body = poses.rotation[at].transpose() * gravity;
+                tension -=
+                    jets.mass[0] * (gravity.dot(&poses.centre[at]) + jets.offset[0] * body.dot(&along));
+                self.distributed[node * tubes + f + 1] =
+                    along.cross(&body) * (jets.offset[0] * jets.mass[0] * facing.h);
+            }
+            if self.layout.stretch {
+                tension = jets.axial[0] * v[local::EK];
+            }
+            self.tension[index] = tension;
+            let inverse = 1.0 / facing.h;
+            let own = Vector3::new(
+                jets.torsion[0] * (facing.a * inverse - jets.direction[1]),
+                -jets.bending_y[0] * facing.p * inverse,
+                -jets.bending_z[0] * facing.r * inverse,
+            );
+            let across = Vector3::x().cross(&along);
+            self.moment[node * tubes + f + 1] =
+                Vector3::x() * own.x + along * own.y + across * (own.z - tension * jets.offset[0]);
+        }
+        if let Some(gravity) = gravity {
+            let body = poses.rotation[at].transpose() * gravity;
+            let jets = &assembly.jets[node * tubes];
+            self.distributed[node * tubes] = Vector3::y().cross(&body) * (jets.offset[0] * jets.mass[0]);
+        }
+    }
+
+    /// Axial force of the leader at the nodes: the section's total minus the followers'.
+    fn leader_tension(&self) -> Vec<f64> {
+        let (layout, state, followers) = (self.layout, &self.workspace.state, self.layout.tubes - 1);
+        let mut leader = vec![0.0; layout.nodes];
+        for (e, element) in layout.elements.iter().enumerate() {
+            let rule = &layout.rules[element.rule];
+            for i in 0..rule.n {
+                let node = element.first_node + i;
+                leader[node] = if layout.stretch {
+                    self.workspace.assembly.jets[node * layout.tubes].axial[0]
+                        * state.local[node * layout.rows() + local::E1]
+                } else {
+                    let tangent = self.workspace.poses.rotation[point(layout, e, i)].column(0).into_owned();
+                    let own: f64 = self.tension[node * followers..(node + 1) * followers].iter().sum();
+                    self.total_force(e, rule.nodes[i]).dot(&tangent) - own
+                };
+            }
+        }
+        leader
+    }
+
+    fn leader_moments(&mut self, tension: &[f64]) {
+        let Workspace { state, assembly, .. } = self.workspace;
+        let tubes = self.layout.tubes;
+        for (node, &force) in tension.iter().enumerate() {
+            let jets = &assembly.jets[node * tubes];
+            let v = &state.local[node * self.layout.rows()..];
+            self.moment[node * tubes] = Vector3::new(
+                jets.torsion[0] * (v[local::KX] - jets.direction[1]),
+                jets.bending_y[0] * v[local::KY],
+                jets.bending_z[0] * v[local::KZ] - force * jets.offset[0],
+            );
+        }
+    }
+
+    /// Force of all loads beyond coordinate ξ of an element (N), base frame.
+    fn total_force(&self, e: usize, x: f64) -> Vector3<f64> {
+        let rule = &self.layout.rules[self.layout.elements[e].rule];
+        let weights = rule.integral(x, 1.0);
+        let spread: Vector3<f64> =
+            (0..rule.n).map(|i| self.load(e, i) * (weights[i] / rule.weights[i])).sum();
+        self.beyond[e] + spread
+    }
+
+    fn section(&self, label: f64) -> Section {
+        let (layout, coordinates) = (self.layout, self.coordinates);
+        let state = &self.workspace.state;
+        let (tubes, followers) = (layout.tubes, layout.tubes - 1);
+        let (e, x) = layout.locate(coordinates, label);
+        let element = &layout.elements[e];
+        let rule = &layout.rules[element.rule];
+        let (n, length) = (rule.n, state.lengths[e]);
+        let mut buffer = Vec::new();
+        let mut field = |f: usize| layout.field(coordinates, e, x, f, &mut buffer);
+        let leader = self.robot.fields[0].jets(label, crate::design::fields::Part::Pattern);
+        let k = Vector3::new(leader.direction[1] + field(0), field(1), field(2));
+        let to_end = rule.integral(x, 1.0);
+        let (rotation, centre) = self.pose(e, x);
+        let lagrange = rule.lagrange(x);
+        let interpolate = |value: &dyn Fn(usize) -> f64| -> f64 {
+            (0..n).map(|j| lagrange[j] * value(element.first_node + j)).sum()
+        };
+        let total = self.total_force(e, x);
+        let tangent = rotation.column(0).into_owned();
+        let leader_stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
+        let g = 1.0 + leader_stretch + leader.offset[0] * k.z;
+        let mut section = Section {
+            label,
+            rotation,
+            centre,
+            curvature: k,
+            angles: Vec::with_capacity(followers),
+            tubes: Vec::with_capacity(tubes),
+            energy_density: 0.0,
+        };
+        let mut follower_tension = 0.0;
+        let mut rest = Vec::with_capacity(tubes);
+        for f in 0..followers {
+            let end = state.joints[(e + 1) * followers + f];
+            let rates = |j: usize| {
+                let node = element.first_node + j;
+                state.local[node * layout.rows() + 6 + 4 * f] - state.rest[node * followers + f][1]
+            };
+            let angle = end[1] - length * (0..n).map(|j| to_end[j] * rates(j)).sum::<f64>();
+            let spread: f64 =
+                (0..n).map(|j| to_end[j] * state.facing[(element.first_node + j) * followers + f].h).sum();
+            let abscissa = end[0] - length * spread;
+            let resting = self.robot.rest_angle(f + 1, label);
+            let stretch = if layout.stretch { field(4 + followers + f) } else { 0.0 };
+            let mut v = [0.0; local::COUNT];
+            v[..5].copy_from_slice(&[k.x, k.y, k.z, leader_stretch, label]);
+            v[local::TH] = resting[0] + angle;
+            v[local::DTH] = resting[1] + field(3 + f);
+            v[local::FACE] = abscissa;
+            v[local::EK] = stretch;
+            let part = crate::kinematics::state::part(element, f + 1);
+            let jets = self.robot.fields[f + 1].jets(abscissa, part);
+            let facing = crate::kinematics::follower::Facing::new(&v, &leader.offset, &jets.offset);
+            let own = rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);
+            let inverse = 1.0 / facing.h;
+            let strain = Vector3::new(
+                facing.a * inverse - jets.direction[1],
+                -facing.p * inverse,
+                -facing.r * inverse,
+            );
+            let tension = interpolate(&|node| self.tension[node * followers + f]);
+            follower_tension += tension;
+            section.angles.push(angle);
+            section.energy_density += energy::gradient(&facing, stretch, &jets).0;
+            rest.push(TubeSection {
+                abscissa,
+                rotation: own,
+                centroid: centre + own.column(1) * jets.offset[0],
+                rate: facing.h,
+                strain,
+                stretch,
+                moment: Vector3::new(
+                    jets.torsion[0] * strain.x,
+                    jets.bending_y[0] * strain.y,
+                    jets.bending_z[0] * strain.z,
+                ),
+                force: Vector3::new(tension, 0.0, 0.0),
+            });
+        }
+        let strain = Vector3::new(k.x - leader.direction[1], k.y, k.z);
+        let axial = if layout.stretch {
+            leader.axial[0] * leader_stretch
+        } else {
+            total.dot(&tangent) - follower_tension
+        };
+        let own_energy = |s: &Vector3<f64>| {
+            0.5 * (leader.torsion[0] * s.x * s.x
+                + leader.bending_y[0] * s.y * s.y
+                + leader.bending_z[0] * s.z * s.z)
+        };
+        section.energy_density += own_energy(&strain);
+        if layout.stretch {
+            section.energy_density += 0.5 * axial * leader_stretch;
+        }
+        section.tubes.push(TubeSection {
+            abscissa: label,
+            rotation,
+            centroid: centre + rotation.column(1) * leader.offset[0],
+            rate: 1.0,
+            strain,
+            stretch: leader_stretch,
+            moment: Vector3::new(
+                leader.torsion[0] * strain.x,
+                leader.bending_y[0] * strain.y,
+                leader.bending_z[0] * strain.z,
+            ),
+            force: Vector3::new(axial, 0.0, 0.0),
+        });
+        section.tubes.append(&mut rest);
+        let slopes = rule.differentiation();
+        for (t, tube) in section.tubes.iter_mut().enumerate() {
+            // v = −(dM/dX + K × M + m) in the leader's frame; Q = v × t / g.
+            let mut balance = Vector3::zeros();
+            for i in 0..n {
+                let node = element.first_node + i;
+                let curvature = Vector3::from_column_slice(&state.local[node * layout.rows()..][..3]);
+                let slope: Vector3<f64> = (0..n)
+                    .map(|j| self.moment[(element.first_node + j) * tubes + t] * (slopes[i * n + j] / length))
+                    .sum();
+                let at = node * tubes + t;
+                balance -= (slope + curvature.cross(&self.moment[at]) + self.distributed[at]) * lagrange[i];
+            }
+            let shear = tube.rotation.transpose() * rotation * balance.cross(&Vector3::x()) / g;
+            tube.force.y = shear.y;
+            tube.force.z = shear.z;
+        }
+        section
+    }
+
+    /// Rotation and centre at ξ of an element, by one more Magnus step from the point before it.
+    fn pose(&self, e: usize, x: f64) -> (Matrix3<f64>, Vector3<f64>) {
+        let (layout, Workspace { state, poses, .. }) = (self.layout, self.workspace);
+        let element = &layout.elements[e];
+        let rule = &layout.rules[element.rule];
+        let (n, length) = (rule.n, state.lengths[e]);
+        let step = rule.nodes.iter().position(|&node| node > x).unwrap_or(n);
+        let from = if step == 0 { 0.0 } else { rule.nodes[step - 1] };
+        let before = poses.steps[point(layout, e, step)].before;
+        let shares = rule.magnus_weights(from, x);
+        let alpha = shares.map(|share| {
+            (0..n).map(|j| curvature(state, layout, element.first_node + j) * (length * share[j])).sum()
+        });
+        let rotation = before * so3::exp_and_jacobian(&Magnus::new(alpha).omega).0;
+        let weights = rule.integral(0.0, x);
+        let start = if e == 0 { Vector3::zeros() } else { poses.centre[point(layout, e, 0) - 1] };
+        let sum: Vector3<f64> = (0..n)
+            .map(|j| {
+                poses.rotation[point(layout, e, j)].column(0)
+                    * (poses.stretch[element.first_node + j] * weights[j])
+            })
+            .sum();
+        (rotation, start + sum * length)
+    }
+}

@@ -1,0 +1,146 @@
+//! Small dense linear algebra on row-major slices, without allocation: the sizes are those of one
+//! equilibrium, at most a few tens.
+
+/// LU factors with partial pivoting. The buffers are reused.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lu {
+    n: usize,
+    factors: Vec<f64>,
+    pivots: Vec<usize>,
+}
+
+/// A matrix that has no inverse to working precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Singular;
+
+impl Lu {
+    /// Factors an n × n row-major matrix.
+    pub fn factor(&mut self, matrix: &[f64], n: usize) -> Result<(), Singular> {
+        self.n = n;
+        self.factors.clear();
+        self.factors.extend_from_slice(&matrix[..n * n]);
+        self.pivots.clear();
+        for k in 0..n {
+            let mut pivot = k;
+            let mut best = self.factors[k * n + k].abs();
+            for i in k + 1..n {
+                let candidate = self.factors[i * n + k].abs();
+                if candidate > best {
+                    (pivot, best) = (i, candidate);
+                }
+            }
+            if !(best > 0.0 && best.is_finite()) {
+                return Err(Singular);
+            }
+            self.pivots.push(pivot);
+            let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
+            if pivot != k {
+                upper[k * n..].swap_with_slice(&mut lower[(pivot - k - 1) * n..(pivot - k) * n]);
+            }
+            let row = &upper[k * n..];
+            let inverse = 1.0 / row[k];
+            for target in lower.chunks_exact_mut(n) {
+                let factor = target[k] * inverse;
+                target[k] = factor;
+                if factor != 0.0 {
+                    for (t, r) in target[k + 1..].iter_mut().zip(&row[k + 1..]) {
+                        *t -= factor * r;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves A X = B in place; B is n × columns, row-major.
+    pub fn solve(&self, b: &mut [f64], columns: usize) {
+        let n = self.n;
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            if pivot != k {
+                let (upper, lower) = b.split_at_mut(pivot * columns);
+                upper[k * columns..(k + 1) * columns].swap_with_slice(&mut lower[..columns]);
+            }
+        }
+        for i in 1..n {
+            let (done, rest) = b.split_at_mut(i * columns);
+            let target = &mut rest[..columns];
+            for (k, row) in done.chunks_exact(columns).enumerate() {
+                axpy(target, -self.factors[i * n + k], row);
+            }
+        }
+        for i in (0..n).rev() {
+            let (head, done) = b.split_at_mut((i + 1) * columns);
+            let target = &mut head[i * columns..];
+            for (k, row) in done[..(n - 1 - i) * columns].chunks_exact(columns).enumerate() {
+                axpy(target, -self.factors[i * n + i + 1 + k], row);
+            }
+            let inverse = 1.0 / self.factors[i * n + i];
+            for t in target {
+                *t *= inverse;
+            }
+        }
+    }
+
+    /// Solves Aᵀ x = b in place.
+    pub fn solve_transposed(&self, b: &mut [f64]) {
+        let n = self.n;
+        for i in 0..n {
+            let mut sum = b[i];
+            for k in 0..i {
+                sum -= self.factors[k * n + i] * b[k];
+            }
+            b[i] = sum / self.factors[i * n + i];
+        }
+        for i in (0..n).rev() {
+            let mut sum = b[i];
+            for k in i + 1..n {
+                sum -= self.factors[k * n + i] * b[k];
+            }
+            b[i] = sum;
+        }
+        for (k, &pivot) in self.pivots.iter().enumerate().rev() {
+            b.swap(k, pivot);
+        }
+    }
+}
+
+/// y += a x.
+#[inline]
+pub(crate) fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}
+
+/// x · y.
+#[inline]
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lu;
+
+    #[test]
+    fn solves_and_solves_transposed() {
+        let n = 5;
+        let a: Vec<f64> =
+            (0..25).map(|i| f64::from((i * 7 + 3) % 11) - 5.0 + f64::from(u8::from(i % 6 == 2))).collect();
+        let x: Vec<f64> = (0..5).map(|i| 1.0 - f64::from(i)).collect();
+        let product = |transposed: bool| -> Vec<f64> {
+            (0..n)
+                .map(|i| (0..n).map(|j| if transposed { a[j * n + i] } else { a[i * n + j] } * x[j]).sum())
+                .collect()
+        };
+        let mut lu = Lu::default();
+        lu.factor(&a, n).unwrap();
+        let (mut b, mut c) = (product(false), product(true));
+        lu.solve(&mut b, 1);
+        lu.solve_transposed(&mut c);
+        for i in 0..n {
+            assert!((b[i] - x[i]).abs() < 1e-12 && (c[i] - x[i]).abs() < 1e-12);
+        }
+        assert!(lu.factor(&[1.0, 2.0, 2.0, 4.0], 2).is_err());
+    }
+}

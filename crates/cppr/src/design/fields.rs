@@ -1,0 +1,190 @@
+//! Material fields of one tube along its rest abscissa x (m), tabulated once per robot.
+//!
+//! Between x = 0 and x = L every field is a C² cubic spline through its sampled design values; a uniform
+//! tube keeps constants. Below the plate (x < 0) the fields are constants and the direction is linear.
+//! The tables give value and exact derivatives of one and the same function, so that the tangent of the
+//! equilibrium is the derivative of its residual to rounding.
+
+use super::spline::CubicSpline;
+
+/// Value, first and second derivative with respect to x.
+pub(crate) type Jet = [f64; 3];
+
+/// The fields of a tube at one abscissa, with derivatives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FieldJets {
+    /// D (m), scaled by the centroid offset factor.
+    pub offset: Jet,
+    /// EI_Y (N m²).
+    pub bending_y: Jet,
+    /// EI_Z (N m²).
+    pub bending_z: Jet,
+    /// GJ about the tube's centre (N m²).
+    pub torsion: Jet,
+    /// EA (N).
+    pub axial: Jet,
+    /// Mass per length (kg/m).
+    pub mass: Jet,
+    /// φ (rad) and its first three derivatives.
+    pub direction: [f64; 4],
+}
+
+/// Sampled values of the fields at one abscissa.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FieldValues {
+    /// Centroid offset D (m), scaled by the centroid offset factor.
+    pub centroid_offset: f64,
+    /// Bending stiffness EI_Y about the axis along the centroid direction (N m²).
+    pub bending_y: f64,
+    /// Bending stiffness EI_Z about the axis normal to the centroid direction (N m²).
+    pub bending_z: f64,
+    /// Torsional stiffness GJ about the tube's centre (N m²).
+    pub torsion: f64,
+    /// Axial stiffness EA (N); NaN where the design does not give it.
+    pub axial: f64,
+    /// Mass per length (kg/m).
+    pub mass_per_length: f64,
+    /// Direction φ of the centroid (rad).
+    pub direction: f64,
+}
+
+impl FieldValues {
+    /// The six fields that become splines, in table order; the direction is kept apart.
+    fn tabulated(&self) -> [f64; 6] {
+        [self.centroid_offset, self.bending_y, self.bending_z, self.torsion, self.axial, self.mass_per_length]
+    }
+}
+
+/// The part of a tube that faces a section of the leader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// 0 ≤ x ≤ L: the pattern.
+    Pattern,
+    /// x < 0: what comes up from below the plate.
+    Below,
+}
+
+/// Tabulated fields of one tube.
+#[derive(Clone, Debug)]
+pub(crate) struct Fields {
+    length: f64,
+    /// Splines of the six fields over [0, L]; empty for a tube whose six fields are uniform.
+    splines: Vec<CubicSpline>,
+    direction: CubicSpline,
+    /// Values at x = 0, used where the splines are absent or left of their range.
+    base: FieldValues,
+    below: FieldValues,
+    /// Slope of φ below the plate (rad/m).
+    below_twist: f64,
+    has_axial: bool,
+}
+
+impl Fields {
+    /// Tabulates `samples` taken at equal steps over [0, L]; `below` and `below_twist` describe x < 0.
+    pub fn new(length: f64, samples: &[FieldValues], below: FieldValues, below_twist: f64) -> Self {
+        let base = samples.first().copied().unwrap_or_default();
+        let has_axial = samples.iter().chain([&below]).all(|s| s.axial.is_finite());
+        let tabulated: Vec<[f64; 6]> = samples.iter().map(FieldValues::tabulated).collect();
+        let uniform = tabulated.iter().all(|row| {
+            row.iter()
+                .zip(base.tabulated())
+                .all(|(a, b)| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs() || b.is_nan())
+        });
+        let splines = if uniform {
+            Vec::new()
+        } else {
+            (0..6)
+                .map(|f| {
+                    CubicSpline::uniform(length, &tabulated.iter().map(|row| row[f]).collect::<Vec<_>>())
+                })
+                .collect()
+        };
+        let direction =
+            CubicSpline::uniform(length, &samples.iter().map(|s| s.direction).collect::<Vec<_>>());
+        Self { length, splines, direction, base, below, below_twist, has_axial }
+    }
+
+    /// True where every section of the tube knows its axial stiffness.
+    pub fn has_axial(&self) -> bool {
+        self.has_axial
+    }
+
+    /// True where the fields run smoothly through x = 0, so that no edge moves with the robot.
+    pub fn smooth_at_plate(&self) -> bool {
+        let same = self
+            .base
+            .tabulated()
+            .iter()
+            .zip(self.below.tabulated())
+            .all(|(a, b)| (a - b).abs() <= 1e-12 * a.abs() || (a.is_nan() && b.is_nan()));
+        let [_, slope, curvature, _] = self.direction.eval(0.0);
+        let straight = (slope - self.below_twist).abs() * self.length <= 1e-9
+            && curvature.abs() * self.length * self.length <= 1e-9;
+        same && straight && self.splines.is_empty()
+    }
+
+    /// φ (rad) and its derivatives on the given part.
+    #[inline]
+    pub fn direction(&self, x: f64, part: Part) -> [f64; 4] {
+        match part {
+            Part::Below => [self.below.direction + self.below_twist * x, self.below_twist, 0.0, 0.0],
+            Part::Pattern if x < 0.0 => {
+                let [value, slope, ..] = self.direction.eval(0.0);
+                [value + slope * x, slope, 0.0, 0.0]
+            }
+            Part::Pattern => self.direction.eval(x),
+        }
+    }
+
+    /// D and its derivatives on the given part.
+    #[inline]
+    pub fn offset(&self, x: f64, part: Part) -> Jet {
+        match (part, self.splines.first()) {
+            (Part::Below, _) => [self.below.centroid_offset, 0.0, 0.0],
+            (Part::Pattern, Some(spline)) if x >= 0.0 => {
+                let [v, d, dd, _] = spline.eval(x);
+                [v, d, dd]
+            }
+            (Part::Pattern, _) => [self.base.centroid_offset, 0.0, 0.0],
+        }
+    }
+
+    /// All fields at x on the given part. Left of its range the pattern is held at its value at x = 0.
+    #[inline]
+    pub fn jets(&self, x: f64, part: Part) -> FieldJets {
+        let direction = self.direction(x, part);
+        let constant = match part {
+            Part::Below => &self.below,
+            Part::Pattern if self.splines.is_empty() || x < 0.0 => &self.base,
+            Part::Pattern => return self.spline_jets(x, direction),
+        };
+        let [offset, bending_y, bending_z, torsion, axial, mass] =
+            constant.tabulated().map(|v| [v, 0.0, 0.0]);
+        FieldJets { offset, bending_y, bending_z, torsion, axial, mass, direction }
+    }
+
+    fn spline_jets(&self, x: f64, direction: [f64; 4]) -> FieldJets {
+        let mut jets = [[0.0; 3]; 6];
+        for (jet, spline) in jets.iter_mut().zip(&self.splines) {
+            let [v, d, dd, _] = spline.eval(x);
+            *jet = [v, d, dd];
+        }
+        let [offset, bending_y, bending_z, torsion, axial, mass] = jets;
+        FieldJets { offset, bending_y, bending_z, torsion, axial, mass, direction }
+    }
+
+    /// Field values at x ≤ L; the part follows from the sign of x.
+    pub fn values(&self, x: f64) -> FieldValues {
+        let part = if x < 0.0 { Part::Below } else { Part::Pattern };
+        let jets = self.jets(x, part);
+        FieldValues {
+            centroid_offset: jets.offset[0],
+            bending_y: jets.bending_y[0],
+            bending_z: jets.bending_z[0],
+            torsion: jets.torsion[0],
+            axial: jets.axial[0],
+            mass_per_length: jets.mass[0],
+            direction: jets.direction[0],
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! What is built: sections, profiles along a tube, tubes and the robot made of them.
+
+pub(crate) mod fields;
+pub mod profile;
+pub mod robot;
+pub mod section;
+pub(crate) mod spline;
+pub mod torsion;
+pub mod tube;
+
+pub use fields::FieldValues;
+pub use profile::{Profile, ProfileError};
+pub use robot::{DesignProblem, Robot, RobotDesign};
+pub use section::{Outline, SectionError, SectionProperties};
+pub use tube::{BelowPlate, Material, NotchedTube, StiffnessTube, Torsion, TubeDesign};

@@ -1,0 +1,350 @@
+//! The robot: coaxial tubes of common rest length, joined at the tip, tube 1 clamped in the baseplate.
+
+use super::fields::{FieldValues, Fields, Part};
+use super::{BelowPlate, NotchedTube, Outline, Profile, SectionError, StiffnessTube, Torsion, TubeDesign};
+use std::fmt;
+
+/// Cells of the field tables along [0, L]; the spline error is far below the discretisation's.
+const TABLE_CELLS: u16 = 256;
+/// Depths at which the torsion constant is solved for, between the least and the greatest depth.
+const TORSION_SAMPLES: u8 = 16;
+
+/// A robot as designed: plain data, unchecked. [`Robot::new`] checks it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotDesign {
+    /// Name, for people.
+    pub name: String,
+    /// Rest length L of every tube above the baseplate (m).
+    pub length: f64,
+    /// The tubes; the first is the leader, the others are its followers, numbered from 2 as in the paper.
+    pub tubes: Vec<TubeDesign>,
+}
+
+/// What is wrong with a design. Tubes are numbered from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DesignProblem {
+    /// The length is not a positive finite number (m).
+    Length(f64),
+    /// There is no tube.
+    NoTube,
+    /// A section of a tube cannot be built.
+    Section {
+        /// Tube number.
+        tube: usize,
+        /// Rest abscissa (m).
+        x: f64,
+        /// What is wrong.
+        error: SectionError,
+    },
+    /// A field of a tube is not finite or has the wrong sign.
+    Field {
+        /// Tube number.
+        tube: usize,
+        /// Name of the field.
+        field: &'static str,
+        /// Rest abscissa (m).
+        x: f64,
+        /// Its value there (SI).
+        value: f64,
+    },
+    /// A follower does not fit into the bore of the tube around it.
+    TooWide {
+        /// Tube number.
+        tube: usize,
+        /// Greatest outer reach of the tube (m).
+        reach: f64,
+        /// Radius of the bore that it slides in (m).
+        bore: f64,
+    },
+}
+
+impl fmt::Display for DesignProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length(value) => write!(f, "the length is {value} m; it must be a positive number"),
+            Self::NoTube => write!(f, "the robot has no tube; give at least the leader"),
+            Self::Section { tube, x, error } => write!(f, "tube {tube} at x = {:.3} mm: {error}", x * 1e3),
+            Self::Field { tube, field, x, value } => {
+                write!(f, "tube {tube} at x = {:.3} mm: {field} is {value}, which cannot be", x * 1e3)
+            }
+            Self::TooWide { tube, reach, bore } => write!(
+                f,
+                "tube {tube} reaches {:.3} mm from its axis, but the bore it slides in has a radius of {:.3} mm",
+                reach * 1e3,
+                bore * 1e3
+            ),
+        }
+    }
+}
+
+impl std::error::Error for DesignProblem {}
+
+/// A checked robot with the material fields of its tubes. Immutable.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    design: RobotDesign,
+    pub(crate) fields: Vec<Fields>,
+}
+
+impl Robot {
+    /// Checks a design and tabulates its fields.
+    ///
+    /// # Errors
+    /// All problems of the design, not only the first.
+    pub fn new(design: RobotDesign) -> Result<Self, Vec<DesignProblem>> {
+        let mut problems = Vec::new();
+        if !(design.length.is_finite() && design.length > 0.0) {
+            return Err(vec![DesignProblem::Length(design.length)]);
+        }
+        if design.tubes.is_empty() {
+            problems.push(DesignProblem::NoTube);
+        }
+        check_nesting(&design.tubes, &mut problems);
+        let mut fields = Vec::new();
+        for (index, tube) in design.tubes.iter().enumerate() {
+            match tabulate(index + 1, tube, design.length) {
+                Ok(table) => fields.push(table),
+                Err(mut found) => problems.append(&mut found),
+            }
+        }
+        if problems.is_empty() { Ok(Self { design, fields }) } else { Err(problems) }
+    }
+
+    /// The design it was built from.
+    #[must_use]
+    pub fn design(&self) -> &RobotDesign {
+        &self.design
+    }
+
+    /// Rest length L (m).
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.design.length
+    }
+
+    /// Number of tubes N.
+    #[must_use]
+    pub fn tube_count(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// Number of followers N − 1.
+    #[must_use]
+    pub fn follower_count(&self) -> usize {
+        self.fields.len() - 1
+    }
+
+    /// Fields of a tube (index 0 is the leader) at rest abscissa x ≤ L (m); x < 0 is below the plate.
+    #[must_use]
+    pub fn fields_at(&self, tube: usize, x: f64) -> FieldValues {
+        self.fields[tube].values(x)
+    }
+
+    /// True where every tube has an axial stiffness, so that stretch can be computed.
+    #[must_use]
+    pub fn has_axial_stiffness(&self) -> bool {
+        self.fields.iter().all(Fields::has_axial)
+    }
+
+    /// True where all centroid lines at rest lie in the X–Y plane.
+    #[must_use]
+    pub fn is_planar(&self) -> bool {
+        let length = self.length();
+        self.fields.iter().all(|f| {
+            (0..=16).all(|i| {
+                let x = length * f64::from(i) / 16.0;
+                f.direction(x, Part::Pattern)[0].sin().abs() < 1e-12 || f.offset(x, Part::Pattern)[0] < 1e-15
+            })
+        })
+    }
+
+    /// θ_k at rest and its first three derivatives at label X: π − (φ_k − φ_1).
+    #[inline]
+    pub(crate) fn rest_angle(&self, follower: usize, label: f64) -> [f64; 4] {
+        let own = self.fields[follower].direction(label, Part::Pattern);
+        let leader = self.fields[0].direction(label, Part::Pattern);
+        let mut angle = [0.0; 4];
+        for i in 0..4 {
+            angle[i] = leader[i] - own[i];
+        }
+        angle[0] += std::f64::consts::PI;
+        angle
+    }
+}
+
+/// The outline a tube slides with, where its geometry is known.
+fn outline(tube: &TubeDesign) -> Option<&Outline> {
+    match tube {
+        TubeDesign::Notched(t) => Some(&t.outline),
+        TubeDesign::Stiffness(_) => None,
+    }
+}
+
+fn check_nesting(tubes: &[TubeDesign], problems: &mut Vec<DesignProblem>) {
+    for (index, pair) in tubes.windows(2).enumerate() {
+        if let (Some(outer), Some(inner)) = (outline(&pair[0]), outline(&pair[1])) {
+            let (reach, bore) = (inner.outer_reach(), outer.inner_clearance());
+            if reach > bore {
+                problems.push(DesignProblem::TooWide { tube: index + 2, reach, bore });
+            }
+        }
+    }
+}
+
+fn tabulate(number: usize, tube: &TubeDesign, length: f64) -> Result<Fields, Vec<DesignProblem>> {
+    let abscissae: Vec<f64> =
+        (0..=TABLE_CELLS).map(|i| length * f64::from(i) / f64::from(TABLE_CELLS)).collect();
+    let (samples, below, twist) = match tube {
+        TubeDesign::Notched(t) => sample_notched(number, t, length, &abscissae)?,
+        TubeDesign::Stiffness(t) => sample_stiffness(t, length, &abscissae),
+    };
+    let mut problems = Vec::new();
+    for (x, s) in abscissae.iter().zip(&samples).chain([(&-f64::EPSILON, &below)]) {
+        for (field, value, ok) in [
+            ("the centroid offset", s.centroid_offset, s.centroid_offset >= 0.0),
+            ("the bending stiffness EI_Y", s.bending_y, s.bending_y > 0.0),
+            ("the bending stiffness EI_Z", s.bending_z, s.bending_z > 0.0),
+            ("the torsional stiffness", s.torsion, s.torsion > 0.0),
+            ("the axial stiffness", s.axial, s.axial.is_nan() || s.axial > 0.0),
+            ("the mass per length", s.mass_per_length, s.mass_per_length >= 0.0),
+            ("the direction", s.direction, s.direction.is_finite()),
+        ] {
+            if !ok || value.is_infinite() {
+                problems.push(DesignProblem::Field { tube: number, field, x: *x, value });
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+    }
+    Ok(Fields::new(length, &samples, below, twist))
+}
+
+type Samples = (Vec<FieldValues>, FieldValues, f64);
+
+fn sample_notched(
+    number: usize,
+    tube: &NotchedTube,
+    length: f64,
+    abscissae: &[f64],
+) -> Result<Samples, Vec<DesignProblem>> {
+    let depths: Vec<f64> = abscissae.iter().map(|&x| tube.depth.eval(x, length)[0]).collect();
+    let directions: Vec<f64> = abscissae.iter().map(|&x| tube.direction.eval(x, length)[0]).collect();
+    let at = |x: f64| move |error| vec![DesignProblem::Section { tube: number, x, error }];
+    let Material { e, g, mu } = Material::of(tube);
+    let constant = torsion_constants(tube, &depths).map_err(at(0.0))?;
+    let mut samples = Vec::with_capacity(abscissae.len());
+    for (i, &x) in abscissae.iter().enumerate() {
+        let inertia = tube.outline.inertia(depths[i]).map_err(at(x))?;
+        let torsion = match &tube.torsion {
+            Torsion::SaintVenant => g * constant[i],
+            Torsion::Polar => g * inertia.polar_about_centre,
+            Torsion::Given(profile) => profile.eval(x, length)[0],
+        };
+        samples.push(FieldValues {
+            centroid_offset: tube.centroid_offset_factor * inertia.centroid_offset,
+            bending_y: e * inertia.inertia_y,
+            bending_z: e * inertia.inertia_z,
+            torsion,
+            axial: e * inertia.area,
+            mass_per_length: mu * inertia.area,
+            direction: directions[i],
+        });
+    }
+    let base = samples.first().copied().unwrap_or_default();
+    let [_, twist, _] = tube.direction.eval(0.0, length);
+    match tube.below {
+        BelowPlate::Continued => Ok((samples, base, twist)),
+        BelowPlate::Plain => {
+            let plain = tube.outline.plain().map_err(at(0.0))?;
+            let below = FieldValues {
+                centroid_offset: 0.0,
+                bending_y: e * plain.inertia_y,
+                bending_z: e * plain.inertia_z,
+                torsion: g * plain.torsion_constant,
+                axial: e * plain.area,
+                mass_per_length: mu * plain.area,
+                direction: base.direction,
+            };
+            Ok((samples, below, 0.0))
+        }
+    }
+}
+
+/// E, G and density of a notched tube under the letters of the paper.
+struct Material {
+    e: f64,
+    g: f64,
+    mu: f64,
+}
+
+impl Material {
+    fn of(tube: &NotchedTube) -> Self {
+        let m = &tube.material;
+        Self { e: m.youngs_modulus, g: m.shear_modulus(), mu: m.density }
+    }
+}
+
+/// Saint-Venant constants at the given depths. Each costs the solution of a boundary-value problem, so
+/// within one regime they are interpolated between Chebyshev points of the depth.
+fn torsion_constants(tube: &NotchedTube, depths: &[f64]) -> Result<Vec<f64>, SectionError> {
+    if tube.torsion != Torsion::SaintVenant {
+        return Ok(vec![0.0; depths.len()]);
+    }
+    let solve = |depth: f64| tube.outline.notched(depth).map(|s| s.torsion_constant);
+    let (least, greatest) =
+        depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &d| (a.min(d), b.max(d)));
+    if greatest - least <= 1e-12 * greatest.abs() {
+        return Ok(vec![solve(greatest)?; depths.len()]);
+    }
+    // The ring opens where the notch reaches the bore: there the constant jumps.
+    let opening = tube.outline.opening_depth();
+    if least <= opening && opening <= greatest {
+        return depths.iter().map(|&d| solve(d)).collect();
+    }
+    let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
+    let nodes: Vec<(f64, f64)> = (0..=TORSION_SAMPLES)
+        .map(|i| {
+            let angle = std::f64::consts::PI * f64::from(i) / f64::from(TORSION_SAMPLES);
+            let depth = (middle + half * angle.cos()).clamp(least, greatest);
+            solve(depth).map(|value| (depth, value))
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(depths.iter().map(|&d| barycentric(&nodes, d)).collect())
+}
+
+/// Value at `at` of the polynomial through Chebyshev points of the second kind.
+fn barycentric(nodes: &[(f64, f64)], at: f64) -> f64 {
+    let last = nodes.len() - 1;
+    let (mut above, mut below) = (0.0, 0.0);
+    for (i, &(node, value)) in nodes.iter().enumerate() {
+        let distance = at - node;
+        if distance.abs() <= f64::EPSILON * at.abs() {
+            return value;
+        }
+        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let weight = sign * if i == 0 || i == last { 0.5 } else { 1.0 } / distance;
+        above += weight * value;
+        below += weight;
+    }
+    above / below
+}
+
+fn sample_stiffness(tube: &StiffnessTube, length: f64, abscissae: &[f64]) -> Samples {
+    let value = |profile: &Profile, x: f64| profile.eval(x, length)[0];
+    let samples: Vec<FieldValues> = abscissae
+        .iter()
+        .map(|&x| FieldValues {
+            centroid_offset: tube.centroid_offset_factor * value(&tube.centroid_offset, x),
+            bending_y: value(&tube.bending_y, x),
+            bending_z: value(&tube.bending_z, x),
+            torsion: value(&tube.torsion, x),
+            axial: tube.axial.as_ref().map_or(f64::NAN, |p| value(p, x)),
+            mass_per_length: value(&tube.mass_per_length, x),
+            direction: value(&tube.direction, x),
+        })
+        .collect();
+    let below = samples.first().copied().unwrap_or_default();
+    let [_, twist, _] = tube.direction.eval(0.0, length);
+    (samples, below, twist)
+}

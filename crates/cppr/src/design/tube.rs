@@ -1,0 +1,94 @@
+//! One tube as its designer describes it, before it becomes fields along its rest abscissa.
+//!
+//! All values are SI. The rest abscissa x runs from the baseplate (x = 0) to the tip (x = L); angles
+//! are measured about the robot's axis from +Y towards +Z.
+
+use super::{Outline, Profile};
+
+/// Isotropic material of a tube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Young's modulus E (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio ν (-); the shear modulus is G = E / (2 (1 + ν)).
+    pub poissons_ratio: f64,
+    /// Density μ (kg/m³); zero for a weightless tube.
+    pub density: f64,
+}
+
+impl Material {
+    /// Shear modulus G = E / (2 (1 + ν)) (Pa).
+    #[must_use]
+    pub fn shear_modulus(&self) -> f64 {
+        self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
+    }
+}
+
+/// How the torsional stiffness GJ of a notched tube, about the tube's centre, is found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Torsion {
+    /// G times the Saint-Venant constant of the open section: the default.
+    SaintVenant,
+    /// G times the polar moment about the tube's centre, G I_X + G A D²: what the paper uses.
+    Polar,
+    /// A given stiffness GJ(x) (N m²).
+    Given(Profile),
+}
+
+/// What of a follower enters the robot when it is pushed: its part at x < 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BelowPlate {
+    /// The uncut tube: full outline, centroid on the axis.
+    Plain,
+    /// The pattern goes on: depth and stiffness as at x = 0, direction with the slope it has there.
+    Continued,
+}
+
+/// A tube cut by notches: its stiffness follows from its geometry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotchedTube {
+    /// Shape of the uncut section.
+    pub outline: Outline,
+    /// Notch depth γ(x) (m), measured from the outer surface on the side where the notch opens.
+    pub depth: Profile,
+    /// Direction φ(x) of the centroid (rad); the notch opens at φ + π.
+    pub direction: Profile,
+    /// Material.
+    pub material: Material,
+    /// Torsional stiffness.
+    pub torsion: Torsion,
+    /// The part below the baseplate.
+    pub below: BelowPlate,
+    /// Factor on the centroid offset D in the kinematics (Remark 17); the inertia is not scaled.
+    pub centroid_offset_factor: f64,
+}
+
+/// A tube whose stiffness is given directly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StiffnessTube {
+    /// Centroid offset D(x) ≥ 0 (m).
+    pub centroid_offset: Profile,
+    /// Direction φ(x) of the centroid (rad).
+    pub direction: Profile,
+    /// Bending stiffness EI_Y(x) (N m²) about the axis along the centroid direction: the stiff one.
+    pub bending_y: Profile,
+    /// Bending stiffness EI_Z(x) (N m²) about the axis normal to the centroid direction: the soft one.
+    pub bending_z: Profile,
+    /// Torsional stiffness GJ(x) (N m²) about the tube's centre.
+    pub torsion: Profile,
+    /// Axial stiffness EA(x) (N); needed only for stretch.
+    pub axial: Option<Profile>,
+    /// Mass per length m(x) (kg/m).
+    pub mass_per_length: Profile,
+    /// Factor on the centroid offset D in the kinematics.
+    pub centroid_offset_factor: f64,
+}
+
+/// A tube as designed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TubeDesign {
+    /// Stiffness from geometry.
+    Notched(NotchedTube),
+    /// Stiffness given; below the plate the fields go on.
+    Stiffness(StiffnessTube),
+}

@@ -1,0 +1,274 @@
+//! The Ritz coordinates: which unknown belongs to which field on which element.
+//!
+//! The robot's labels X ∈ [0, L] are cut into elements at joints. On every element each strain field
+//! (ΔK_X, ΔK_Y, ΔK_Z, Δθ_k', e_i) is a sum of shifted Legendre polynomials of the element's own coordinate.
+//! A joint is fixed (base, tip, the point of a concentrated load) or an **edge**: the section where the
+//! pattern of a follower begins, x_k(X) = 0. Stiffness and offset jump there, so the joint moves with
+//! the robot; its label is one more unknown and x_k = 0 one more condition.
+
+use super::rule::{Rule, legendre_values};
+
+/// How finely the fields are resolved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Resolution {
+    /// Modes of ΔK_X; 0 leaves the leader untwisted.
+    pub twist: usize,
+    /// Modes of ΔK_Y; 0 leaves the bundle in its bending plane.
+    pub bending_y: usize,
+    /// Modes of ΔK_Z.
+    pub bending_z: usize,
+    /// Modes of each follower's Δθ_k' (so that Δθ_k has as many modes vanishing at the tip); 0 locks the angles.
+    pub angle: usize,
+    /// Modes of each tube's stretch e_i; 0, the default, is inextensible.
+    pub stretch: usize,
+    /// Quadrature and collocation nodes on the element.
+    pub nodes: usize,
+}
+
+impl Resolution {
+    /// Within 1e-4 L of the converged tip for every robot shipped, loaded or not.
+    pub const SPATIAL: Self = Self { twist: 6, bending_y: 8, bending_z: 8, angle: 6, stretch: 0, nodes: 14 };
+
+    /// Five modes of K_Z, as the paper uses in the plane: nothing can leave the plane.
+    pub const PLANAR: Self = Self { twist: 0, bending_y: 0, bending_z: 5, angle: 0, stretch: 0, nodes: 8 };
+
+    /// With stretch resolved as finely as the bending in the plane.
+    #[must_use]
+    pub fn with_stretch(self) -> Self {
+        Self { stretch: self.bending_z, ..self }
+    }
+
+    /// Modes and nodes multiplied, for convergence studies.
+    #[must_use]
+    pub fn refined(self, factor: usize) -> Self {
+        Self {
+            twist: self.twist * factor,
+            bending_y: self.bending_y * factor,
+            bending_z: self.bending_z * factor,
+            angle: self.angle * factor,
+            stretch: self.stretch * factor,
+            nodes: self.nodes * factor,
+        }
+    }
+
+    /// The resolution of an element that takes only a small part of the length.
+    fn short(self) -> Self {
+        let few = |modes: usize| modes.div_ceil(2);
+        Self {
+            twist: few(self.twist),
+            bending_y: few(self.bending_y),
+            bending_z: few(self.bending_z),
+            angle: few(self.angle),
+            stretch: few(self.stretch),
+            nodes: few(self.nodes).max(4),
+        }
+    }
+}
+
+/// Where an element begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Joint {
+    /// A fixed label X (m).
+    Fixed(f64),
+    /// The edge of follower `follower` (tube index, 1 is the first follower), unknown number `unknown`.
+    Edge {
+        /// Tube index of the follower.
+        follower: usize,
+        /// Index among the unknowns.
+        unknown: usize,
+    },
+}
+
+/// One element and the places of its unknowns.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    pub start: Joint,
+    pub end: Joint,
+    /// Which rule: 0 for long elements, 1 for short ones.
+    pub rule: usize,
+    /// Index of the first node among all nodes.
+    pub first_node: usize,
+    /// Per tube: does the part from below the plate face this element?
+    pub below: Vec<bool>,
+    /// Per field (ΔK_X, ΔK_Y, ΔK_Z, then per follower Δθ_k', then per tube e_i): first unknown and count.
+    pub modes: Vec<(usize, usize)>,
+}
+
+/// Elements, unknowns and rules.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub tubes: usize,
+    pub stretch: bool,
+    pub elements: Vec<Element>,
+    pub rules: [Rule; 2],
+    /// Number of mode coordinates.
+    pub modes: usize,
+    /// Followers whose edge is inside, in the order of their unknowns `modes + i`.
+    pub edges: Vec<usize>,
+    /// Nodes in all.
+    pub nodes: usize,
+}
+
+/// Elements shorter than this part of the length take fewer modes.
+const SHORT: f64 = 0.25;
+
+impl Layout {
+    /// Cuts [0, L] at fixed labels and at the estimated labels of edges `(follower, X)`.
+    pub fn new(
+        tubes: usize,
+        length: f64,
+        resolution: Resolution,
+        fixed: &[f64],
+        edges: &[(usize, f64)],
+    ) -> Self {
+        let mut cuts: Vec<(f64, Option<usize>)> = fixed
+            .iter()
+            .filter(|&&x| x > 0.0 && x < length)
+            .map(|&x| (x, None))
+            .chain(edges.iter().map(|&(follower, x)| (x, Some(follower))))
+            .collect();
+        cuts.push((0.0, None));
+        cuts.push((length, None));
+        cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cuts.dedup_by(|b, a| a.1.is_none() && b.1.is_none() && (b.0 - a.0).abs() <= 1e-12 * length);
+
+        let stretch = resolution.stretch > 0;
+        let rules = [Rule::new(resolution.nodes), Rule::new(resolution.short().nodes)];
+        let mut layout =
+            Self { tubes, stretch, elements: Vec::new(), rules, modes: 0, edges: Vec::new(), nodes: 0 };
+        let mut below: Vec<bool> = (0..tubes).map(|t| edges.iter().any(|&(f, _)| f == t)).collect();
+        for pair in cuts.windows(2) {
+            if let Some(follower) = pair[0].1 {
+                below[follower] = false;
+            }
+            let short = pair[1].0 - pair[0].0 < SHORT * length;
+            layout.push(pair[0], pair[1], below.clone(), resolution, short);
+        }
+        layout.number_edges();
+        layout
+    }
+
+    fn push(
+        &mut self,
+        start: (f64, Option<usize>),
+        end: (f64, Option<usize>),
+        below: Vec<bool>,
+        resolution: Resolution,
+        short: bool,
+    ) {
+        let r = if short { resolution.short() } else { resolution };
+        let mut counts = vec![r.twist, r.bending_y, r.bending_z];
+        counts.extend(std::iter::repeat_n(r.angle, self.tubes - 1));
+        counts.extend(std::iter::repeat_n(r.stretch, self.tubes));
+        let rule = usize::from(short);
+        let modes = counts
+            .into_iter()
+            .map(|count| {
+                let count = count.min(self.rules[rule].n);
+                let first = self.modes;
+                self.modes += count;
+                (first, count)
+            })
+            .collect();
+        let joint = |(x, follower): (f64, Option<usize>)| match follower {
+            None => Joint::Fixed(x),
+            Some(follower) => Joint::Edge { follower, unknown: 0 },
+        };
+        let (start, end) = (joint(start), joint(end));
+        self.elements.push(Element { start, end, rule, first_node: self.nodes, below, modes });
+        self.nodes += self.rules[rule].n;
+    }
+
+    fn number_edges(&mut self) {
+        let Self { elements, edges, modes, .. } = self;
+        for element in elements.iter_mut() {
+            for joint in [&mut element.start, &mut element.end] {
+                if let Joint::Edge { follower, unknown } = joint {
+                    let place = edges.iter().position(|f| f == follower).unwrap_or_else(|| {
+                        edges.push(*follower);
+                        edges.len() - 1
+                    });
+                    *unknown = *modes + place;
+                }
+            }
+        }
+    }
+
+    /// Unknown configuration coordinates: modes and edges.
+    pub fn unknowns(&self) -> usize {
+        self.modes + self.edges.len()
+    }
+
+    /// Rows of local variables at a node: K_X, K_Y, K_Z, e_1, X, then θ_k, θ_k', x_k, e_k of every follower.
+    pub fn rows(&self) -> usize {
+        5 + 4 * (self.tubes - 1)
+    }
+
+    /// Label of a joint (m) and, for an edge, its unknown.
+    #[inline]
+    pub fn label(joint: Joint, coordinates: &[f64]) -> (f64, Option<usize>) {
+        match joint {
+            Joint::Fixed(x) => (x, None),
+            Joint::Edge { unknown, .. } => (coordinates[unknown], Some(unknown)),
+        }
+    }
+
+    /// The element that holds label X, and the coordinate ξ there.
+    pub fn locate(&self, coordinates: &[f64], label: f64) -> (usize, f64) {
+        let last = self.elements.len() - 1;
+        for (e, element) in self.elements.iter().enumerate() {
+            let (a, _) = Self::label(element.start, coordinates);
+            let (b, _) = Self::label(element.end, coordinates);
+            if label < b || e == last {
+                return (e, ((label - a) / (b - a)).clamp(0.0, 1.0));
+            }
+        }
+        (last, 1.0)
+    }
+
+    /// The coordinates on another layout of the same robot whose fields are, element by element, the best
+    /// approximation of the fields here. Edges start at their guesses, or where they are here.
+    pub fn transfer(&self, coordinates: &[f64], target: &Self, guesses: &[(usize, f64)]) -> Vec<f64> {
+        let mut result = vec![0.0; target.unknowns()];
+        for (i, follower) in target.edges.iter().enumerate() {
+            if let Some((_, label)) = guesses.iter().find(|(f, _)| f == follower) {
+                result[target.modes + i] = *label;
+            }
+        }
+        if coordinates.iter().all(|&c| c == 0.0) {
+            return result;
+        }
+        let mut values = vec![0.0; target.rules[0].n];
+        for element in &target.elements {
+            let rule = &target.rules[element.rule];
+            let (a, _) = Self::label(element.start, &result);
+            let (b, _) = Self::label(element.end, &result);
+            for (i, (&x, &weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
+                let (e, local) = self.locate(coordinates, a + x * (b - a));
+                for (field, &(first, count)) in element.modes.iter().enumerate() {
+                    let value = self.field(coordinates, e, local, field, &mut values);
+                    for m in 0..count {
+                        result[first + m] +=
+                            (2 * m + 1) as f64 * weight * rule.legendre[i * rule.n + m] * value;
+                    }
+                }
+            }
+        }
+        result
+    }
+
+    /// Value of a field of an element at ξ; `buffer` is scratch.
+    pub fn field(
+        &self,
+        coordinates: &[f64],
+        element: usize,
+        x: f64,
+        field: usize,
+        buffer: &mut Vec<f64>,
+    ) -> f64 {
+        let (first, count) = self.elements[element].modes[field];
+        buffer.resize(count, 0.0);
+        legendre_values(x, &mut buffer[..count]);
+        buffer[..count].iter().zip(&coordinates[first..first + count]).map(|(p, c)| p * c).sum()
+    }
+}

@@ -1,0 +1,268 @@
+//! What a solve is asked for, and how.
+
+use crate::design::Robot;
+use crate::kinematics::Resolution;
+use crate::statics::{LoadProblem, Loads, RotationKnob};
+use std::fmt;
+
+/// One degree of freedom of an actuator: either its motion or its effort is prescribed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drive {
+    /// Prescribed motion: Δa (m), pull positive, or Ω (rad), right-handed about +X.
+    Motion(f64),
+    /// Prescribed effort: T (N), pull positive, or Υ (N m) conjugate to Ω.
+    Effort(f64),
+}
+
+impl Drive {
+    /// The prescribed number.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Motion(value) | Self::Effort(value) => value,
+        }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Motion(value) => Self::Motion(factor * value),
+            Self::Effort(value) => Self::Effort(factor * value),
+        }
+    }
+}
+
+/// The actuator of one follower, below the baseplate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuator {
+    /// Translation: Δa_k or T_k.
+    pub push_pull: Drive,
+    /// Rotation: Ω_k (or −Δθ_k(0), see [`RotationKnob`]) or Υ_k.
+    pub rotation: Drive,
+}
+
+impl Actuator {
+    /// Both motors held where they are at rest.
+    pub const HELD: Self = Self { push_pull: Drive::Motion(0.0), rotation: Drive::Motion(0.0) };
+
+    /// Pulled (m), not turned.
+    #[must_use]
+    pub fn pulled(motion: f64) -> Self {
+        Self { push_pull: Drive::Motion(motion), ..Self::HELD }
+    }
+}
+
+/// The actuators of all followers and the loads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Command {
+    /// One per follower, tube 2 first.
+    pub actuators: Vec<Actuator>,
+    /// External loads.
+    pub loads: Loads,
+    /// What "rotation" means.
+    pub knob: RotationKnob,
+}
+
+impl Command {
+    /// All actuators held, no load.
+    #[must_use]
+    pub fn held(robot: &Robot) -> Self {
+        Self {
+            actuators: vec![Actuator::HELD; robot.follower_count()],
+            loads: Loads::none(),
+            knob: RotationKnob::Base,
+        }
+    }
+
+    /// Every follower pulled by its own Δa (m), not turned, no load.
+    #[must_use]
+    pub fn pull(motions: &[f64]) -> Self {
+        Self {
+            actuators: motions.iter().map(|&a| Actuator::pulled(a)).collect(),
+            loads: Loads::none(),
+            knob: RotationKnob::Base,
+        }
+    }
+
+    /// The same command with other loads.
+    #[must_use]
+    pub fn with_loads(self, loads: Loads) -> Self {
+        Self { loads, ..self }
+    }
+
+    /// Every motion, effort and load multiplied by a factor: 0 is rest.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            actuators: self
+                .actuators
+                .iter()
+                .map(|a| Actuator {
+                    push_pull: a.push_pull.scaled(factor),
+                    rotation: a.rotation.scaled(factor),
+                })
+                .collect(),
+            loads: self.loads.scaled(factor),
+            knob: self.knob,
+        }
+    }
+
+    /// Checks a command against a robot and settings.
+    ///
+    /// # Errors
+    /// The first problem found.
+    pub fn check(&self, robot: &Robot, settings: &Settings) -> Result<(), CommandProblem> {
+        let (given, followers) = (self.actuators.len(), robot.follower_count());
+        if given != followers {
+            return Err(CommandProblem::Actuators { given, followers });
+        }
+        for (index, actuator) in self.actuators.iter().enumerate() {
+            if !(actuator.push_pull.value().is_finite() && actuator.rotation.value().is_finite()) {
+                return Err(CommandProblem::NotFinite { tube: index + 2 });
+            }
+            if settings.resolution.angle == 0 && actuator.rotation.value() != 0.0 {
+                return Err(CommandProblem::AngleLocked { tube: index + 2 });
+            }
+            if let Drive::Motion(motion) = actuator.push_pull
+                && motion.abs() >= robot.length()
+            {
+                return Err(CommandProblem::TooFar { tube: index + 2, motion, length: robot.length() });
+            }
+        }
+        if settings.resolution.stretch > 0 && !robot.has_axial_stiffness() {
+            return Err(CommandProblem::NoAxialStiffness);
+        }
+        if settings.resolution.bending_z == 0 || settings.resolution.nodes == 0 {
+            return Err(CommandProblem::NoModes);
+        }
+        self.loads.check(robot).map_err(CommandProblem::Load)
+    }
+}
+
+/// A command that cannot be asked of a robot. Tubes are numbered from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CommandProblem {
+    /// The number of actuators is not the number of followers.
+    Actuators {
+        /// Actuators given.
+        given: usize,
+        /// Followers of the robot.
+        followers: usize,
+    },
+    /// A motion or effort is NaN or infinite.
+    NotFinite {
+        /// Tube number.
+        tube: usize,
+    },
+    /// A follower is asked to slide by the robot's length or more.
+    TooFar {
+        /// Tube number.
+        tube: usize,
+        /// The motion (m).
+        motion: f64,
+        /// The robot's length (m).
+        length: f64,
+    },
+    /// A rotation or torque is asked for, but the resolution holds the follower angles.
+    AngleLocked {
+        /// Tube number.
+        tube: usize,
+    },
+    /// Stretch is asked for, but a tube has no axial stiffness.
+    NoAxialStiffness,
+    /// The resolution has no bending modes or no nodes.
+    NoModes,
+    /// A load is wrong.
+    Load(LoadProblem),
+}
+
+impl fmt::Display for CommandProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Actuators { given, followers } => {
+                write!(f, "{given} actuators are given for a robot with {followers} followers")
+            }
+            Self::NotFinite { tube } => {
+                write!(f, "the actuator of tube {tube} is given a value that is not finite")
+            }
+            Self::TooFar { tube, motion, length } => write!(
+                f,
+                "tube {tube} cannot slide by {:.3} mm: the robot is only {:.3} mm long. Check the unit",
+                motion * 1e3,
+                length * 1e3
+            ),
+            Self::AngleLocked { tube } => {
+                write!(
+                    f,
+                    "tube {tube} is to be turned, but the planar resolution holds the angles between tubes"
+                )
+            }
+            Self::NoAxialStiffness => {
+                write!(
+                    f,
+                    "stretch needs the axial stiffness of every tube; a tube given by its stiffness lacks it"
+                )
+            }
+            Self::NoModes => write!(f, "the resolution needs at least one mode of bending and one node"),
+            Self::Load(problem) => problem.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for CommandProblem {}
+
+/// Which conditions are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Formulation {
+    /// Stationary total energy: right for every robot.
+    #[default]
+    Consistent,
+    /// The projected wrenches of the paper as printed (eq 48 and 64, 90 and 91): for comparison only.
+    Printed,
+}
+
+/// How to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Conditions of equilibrium. Default: consistent.
+    pub formulation: Formulation,
+    /// Modes and nodes. Default: [`Resolution::SPATIAL`].
+    pub resolution: Resolution,
+    /// Largest scaled residual at convergence. Default 1e-11: actuation forces to about 1e-10.
+    pub tolerance: f64,
+    /// Newton iterations of one attempt. Default 40; most robots take 3 to 8.
+    pub iterations: usize,
+    /// Smallest fraction of the command that load stepping tries to add. Default 1/256.
+    pub smallest_step: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            formulation: Formulation::Consistent,
+            resolution: Resolution::SPATIAL,
+            tolerance: 1e-11,
+            iterations: 40,
+            smallest_step: 1.0 / 256.0,
+        }
+    }
+}
+
+impl Settings {
+    /// Nothing leaves the X–Y plane: for planar robots under planar loads. Lateral instability is not seen.
+    #[must_use]
+    pub fn planar() -> Self {
+        Self { resolution: Resolution::PLANAR, ..Self::default() }
+    }
+
+    /// The same with stretch of every tube.
+    #[must_use]
+    pub fn with_stretch(self) -> Self {
+        Self { resolution: self.resolution.with_stretch(), ..self }
+    }
+
+    /// The same with the given modes and nodes.
+    #[must_use]
+    pub fn with_resolution(self, resolution: Resolution) -> Self {
+        Self { resolution, ..self }
+    }
+}

@@ -1,0 +1,264 @@
+//! Newton's method on the conditions of equilibrium of one layout.
+//!
+//! Unknowns y = (u, efforts of the actuators whose motion is prescribed, λ of the edges); conditions
+//! (𝓛_u, −(knob − prescribed), x_b). Everything is scaled by the length L, by E_0 = EI/L for energies and by
+//! E_0/L for forces, so that one tolerance serves all rows.
+
+use super::command::{Actuator, Drive, Formulation, Settings};
+use crate::dense::Lu;
+use crate::design::Robot;
+use crate::kinematics::layout::Layout;
+use crate::kinematics::pose::Poses;
+use crate::kinematics::state::{Infeasible, State};
+use crate::statics::assembly::{Assembly, Efforts, Setting};
+use crate::statics::{Loads, RotationKnob};
+
+/// Why Newton's method stopped without an equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// The first point already is no bundle.
+    Infeasible,
+    Singular,
+    Stalled,
+    IterationLimit,
+}
+
+/// One system of equations.
+pub(crate) struct System<'a> {
+    pub robot: &'a Robot,
+    pub layout: &'a Layout,
+    pub loads: &'a Loads,
+    pub knob: RotationKnob,
+    pub actuators: &'a [Actuator],
+    pub formulation: Formulation,
+}
+
+/// A point: coordinates and efforts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Point {
+    pub coordinates: Vec<f64>,
+    pub efforts: Efforts,
+}
+
+/// Energy and length scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    pub length: f64,
+    pub energy: f64,
+}
+
+impl Scale {
+    pub fn of(robot: &Robot) -> Self {
+        let length = robot.length();
+        let bending: f64 = (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
+        Self { length, energy: bending / length }
+    }
+
+    /// Units of the coordinates: 1/L for curvatures and twist, 1 for stretch, L for edges.
+    pub fn units(&self, layout: &Layout, units: &mut Vec<f64>) {
+        units.clear();
+        units.resize(layout.modes, 1.0 / self.length);
+        units.resize(layout.unknowns(), self.length);
+        for element in layout.elements.iter().filter(|_| layout.stretch) {
+            for &(first, count) in &element.modes[layout.tubes + 2..] {
+                units[first..first + count].fill(1.0);
+            }
+        }
+    }
+}
+
+/// Every buffer that a solve needs. Reuse it: after the first solve of a robot, later ones find their memory here.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    pub(crate) state: State,
+    pub(crate) poses: Poses,
+    pub(crate) assembly: Assembly,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) matrix: Vec<f64>,
+    pub(crate) lu: Lu,
+    /// Unit of every coordinate.
+    pub(crate) units: Vec<f64>,
+    step: Vec<f64>,
+    trial: Point,
+    /// Newton steps taken since the workspace was made.
+    pub(crate) iterations: usize,
+    /// Evaluations of the residual since the workspace was made.
+    pub(crate) evaluations: usize,
+}
+
+impl Workspace {
+    /// An empty workspace.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Residual and Jacobian at a point, scaled.
+    pub(crate) fn evaluate(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
+        self.evaluations += 1;
+        let System { robot, layout, loads, knob, .. } = *system;
+        self.state.evaluate(robot, layout, &point.coordinates, true)?;
+        let posed = !loads.is_empty() || system.formulation == Formulation::Printed;
+        if posed {
+            self.poses.evaluate(robot, layout, &self.state);
+            self.poses.differentiate(layout, &self.state);
+        }
+        let setting = Setting { robot, layout, loads, knob };
+        self.assembly.assemble(&setting, &point.coordinates, &self.state, &self.poses, &point.efforts, true);
+        self.compose(system);
+        if self.residual.iter().all(|r| r.is_finite()) { Ok(()) } else { Err(Infeasible) }
+    }
+
+    /// Puts residual and KKT matrix together.
+    fn compose(&mut self, system: &System) {
+        let layout = system.layout;
+        let scale = Scale::of(system.robot);
+        scale.units(layout, &mut self.units);
+        let units = &self.units;
+        let n_u = layout.unknowns();
+        let conditions = condition_count(system);
+        let n = n_u + conditions;
+        self.residual.clear();
+        self.residual.resize(n, 0.0);
+        self.matrix.clear();
+        self.matrix.resize(n * n, 0.0);
+        let inverse = 1.0 / scale.energy;
+        for i in 0..n_u {
+            self.residual[i] = self.assembly.gradient[i] * units[i] * inverse;
+            for j in 0..n_u {
+                self.matrix[i * n + j] = self.assembly.hessian[i * n_u + j] * units[i] * units[j] * inverse;
+            }
+        }
+        let mut at = n_u;
+        let mut condition = |value: f64, row: &[f64], sign: f64, unit: f64| {
+            self.residual[at] = sign * value / unit;
+            for (j, &slope) in row.iter().enumerate() {
+                let entry = sign * slope * units[j] / unit;
+                self.matrix[at * n + j] = entry;
+                self.matrix[j * n + at] = entry;
+            }
+            at += 1;
+        };
+        for (f, actuator) in system.actuators.iter().enumerate() {
+            for (which, drive, unit) in [(0, actuator.push_pull, scale.length), (1, actuator.rotation, 1.0)] {
+                if let Drive::Motion(wanted) = drive {
+                    let value = self.assembly.knobs[f][which] - wanted;
+                    condition(value, &self.assembly.knob_rows[f][which], -1.0, unit);
+                }
+            }
+        }
+        for (b, row) in self.assembly.edge_rows.iter().enumerate() {
+            condition(self.assembly.edges[b], row, 1.0, scale.length);
+        }
+    }
+
+    /// Newton's method from `point`, which ends at the equilibrium. On failure `point` is the best iterate.
+    pub(crate) fn newton(
+        &mut self,
+        system: &System,
+        settings: &Settings,
+        point: &mut Point,
+    ) -> Result<(), Failure> {
+        self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
+        let mut norm = self.norm();
+        for _ in 0..settings.iterations {
+            if self.largest() <= settings.tolerance {
+                return Ok(());
+            }
+            let n = self.residual.len();
+            self.lu.factor(&self.matrix, n).map_err(|_| Failure::Singular)?;
+            self.step.clear();
+            self.step.extend(self.residual.iter().map(|r| -r));
+            self.lu.solve(&mut self.step, 1);
+            if !self.step.iter().all(|s| s.is_finite()) {
+                return Err(Failure::Singular);
+            }
+            self.iterations += 1;
+            let floor = self.largest() <= FLOOR;
+            let mut factor = self.longest();
+            loop {
+                self.advance(system, point, factor);
+                let trial = std::mem::take(&mut self.trial);
+                let evaluated = self.evaluate(system, &trial);
+                self.trial = trial;
+                let reached = self.norm();
+                if evaluated.is_ok() && reached <= (1.0 - 1e-4 * factor) * norm {
+                    norm = reached;
+                    std::mem::swap(point, &mut self.trial);
+                    break;
+                }
+                if floor {
+                    // Rounding is all that is left.
+                    return self.evaluate(system, point).map_err(|_| Failure::Infeasible);
+                }
+                factor *= 0.5;
+                if factor < SHORTEST {
+                    return self
+                        .evaluate(system, point)
+                        .map_err(|_| Failure::Infeasible)
+                        .and(Err(Failure::Stalled));
+                }
+            }
+        }
+        if self.largest() <= FLOOR { Ok(()) } else { Err(Failure::IterationLimit) }
+    }
+
+    fn norm(&self) -> f64 {
+        self.residual.iter().map(|r| r * r).sum::<f64>().sqrt()
+    }
+
+    fn largest(&self) -> f64 {
+        self.residual.iter().fold(0.0, |m, r| r.abs().max(m))
+    }
+
+    /// The factor that keeps every scaled coordinate of a step below [`LONGEST`].
+    fn longest(&self) -> f64 {
+        let largest = self.step.iter().take(self.state.unknowns).fold(0.0_f64, |m, s| m.max(s.abs()));
+        (LONGEST / largest).min(1.0)
+    }
+
+    /// trial = point + factor · step.
+    fn advance(&mut self, system: &System, point: &Point, factor: f64) {
+        let layout = system.layout;
+        let scale = Scale::of(system.robot);
+        let n_u = layout.unknowns();
+        self.trial.clone_from(point);
+        for ((coordinate, step), unit) in self.trial.coordinates.iter_mut().zip(&self.step).zip(&self.units) {
+            *coordinate += factor * step * unit;
+        }
+        let mut steps = self.step[n_u..].iter().map(|s| factor * s);
+        let force = scale.energy / scale.length;
+        let mut add = |target: &mut f64, unit: f64| {
+            if let Some(step) = steps.next() {
+                *target += step * unit;
+            }
+        };
+        for (f, actuator) in system.actuators.iter().enumerate() {
+            if matches!(actuator.push_pull, Drive::Motion(_)) {
+                add(&mut self.trial.efforts.tension[f], force);
+            }
+            if matches!(actuator.rotation, Drive::Motion(_)) {
+                add(&mut self.trial.efforts.torque[f], scale.energy);
+            }
+        }
+        for multiplier in &mut self.trial.efforts.edge {
+            add(multiplier, force);
+        }
+    }
+}
+
+/// Below this the scaled residual is rounding error of the assembly.
+const FLOOR: f64 = 1e-8;
+/// Shortest part of a Newton step that is tried.
+const SHORTEST: f64 = 1.0 / 4096.0;
+/// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.
+const LONGEST: f64 = 20.0;
+
+/// How many conditions join the gradient.
+pub(crate) fn condition_count(system: &System) -> usize {
+    let held = |a: &Actuator| {
+        usize::from(matches!(a.push_pull, Drive::Motion(_)))
+            + usize::from(matches!(a.rotation, Drive::Motion(_)))
+    };
+    system.actuators.iter().map(held).sum::<usize>() + system.layout.edges.len()
+}

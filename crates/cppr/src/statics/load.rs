@@ -1,0 +1,303 @@
+//! What acts on the robot from outside: wrenches, distributed force, gravity, threads.
+//!
+//! Forces in N, moments in N m, lengths in m. Points are given in the frame of a section: origin at the
+//! tube's centre, X along the tangent, Y towards the leader's centroid at that section.
+
+use crate::design::Robot;
+use crate::kinematics::so3::hat;
+use nalgebra::{Matrix3, Vector3};
+use std::fmt;
+
+/// Where a load acts along the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Station {
+    /// On the tip body.
+    Tip,
+    /// On the leader's section with this label X (m).
+    Label(f64),
+}
+
+/// In which frame the components of a wrench stay constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frame {
+    /// The baseplate's: a dead load.
+    World,
+    /// The loaded section's: a follower load, which turns with the robot.
+    Section,
+}
+
+/// A concentrated force and moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// Force (N).
+    pub force: Vector3<f64>,
+    /// Moment about the point of action (N m).
+    pub moment: Vector3<f64>,
+    /// Frame of the components of force and moment.
+    pub frame: Frame,
+    /// Where along the robot.
+    pub station: Station,
+    /// Point of action in the section's frame (m).
+    pub point: Vector3<f64>,
+}
+
+impl Wrench {
+    /// A dead force at the centre of the tip section.
+    #[must_use]
+    pub fn tip_force(force: Vector3<f64>) -> Self {
+        Self {
+            force,
+            moment: Vector3::zeros(),
+            frame: Frame::World,
+            station: Station::Tip,
+            point: Vector3::zeros(),
+        }
+    }
+
+    /// A dead moment on the tip.
+    #[must_use]
+    pub fn tip_moment(moment: Vector3<f64>) -> Self {
+        Self { moment, ..Self::tip_force(Vector3::zeros()) }
+    }
+}
+
+/// A dead force per unit of the leader's length (N/m), on the centreline between two labels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistributedForce {
+    /// Force per length in the baseplate's frame (N/m).
+    pub force: Vector3<f64>,
+    /// First label (m).
+    pub from: f64,
+    /// Last label (m).
+    pub to: f64,
+}
+
+/// A thread from the tip over a pulley whose axle is parallel to Z to a hanging weight (eq 96–98).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thread {
+    /// Tension in the thread (N).
+    pub tension: f64,
+    /// Centre of the pulley in the baseplate's frame (m).
+    pub pulley: Vector3<f64>,
+    /// Radius of the pulley (m); 0 is an eyelet.
+    pub radius: f64,
+    /// True where the thread runs onto the pulley on its left, seen from the robot's tip along the
+    /// thread with +Z up.
+    pub left: bool,
+    /// Where it is tied, in the tip section's frame (m).
+    pub point: Vector3<f64>,
+}
+
+/// All external loads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// Concentrated wrenches.
+    pub wrenches: Vec<Wrench>,
+    /// Distributed forces.
+    pub distributed: Vec<DistributedForce>,
+    /// Gravitational acceleration in the baseplate's frame (m/s²); acts on every tube above the plate.
+    pub gravity: Option<Vector3<f64>>,
+    /// Threads over pulleys.
+    pub threads: Vec<Thread>,
+}
+
+/// A load that cannot be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadProblem {
+    /// A component is NaN or infinite; which load.
+    NotFinite(&'static str),
+    /// A label outside [0, L] (m).
+    OutsideRobot {
+        /// The label (m).
+        label: f64,
+        /// The robot's length (m).
+        length: f64,
+    },
+    /// A pulley radius or a tension is negative (SI).
+    Negative(&'static str, f64),
+}
+
+impl fmt::Display for LoadProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite(what) => write!(f, "{what} has a component that is not a finite number"),
+            Self::OutsideRobot { label, length } => write!(
+                f,
+                "a load acts at {:.3} mm, but the robot reaches from 0 to {:.3} mm",
+                label * 1e3,
+                length * 1e3
+            ),
+            Self::Negative(what, value) => write!(f, "{what} is {value}; it cannot be negative"),
+        }
+    }
+}
+
+impl std::error::Error for LoadProblem {}
+
+impl Loads {
+    /// No load.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// A single dead force at the centre of the tip section (N).
+    #[must_use]
+    pub fn tip_force(force: Vector3<f64>) -> Self {
+        Self { wrenches: vec![Wrench::tip_force(force)], ..Self::default() }
+    }
+
+    /// True where nothing acts.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.wrenches.is_empty()
+            && self.distributed.is_empty()
+            && self.gravity.is_none()
+            && self.threads.is_empty()
+    }
+
+    /// The same loads, each multiplied by a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for w in &mut scaled.wrenches {
+            w.force *= factor;
+            w.moment *= factor;
+        }
+        for d in &mut scaled.distributed {
+            d.force *= factor;
+        }
+        scaled.gravity = scaled.gravity.map(|g| g * factor);
+        for t in &mut scaled.threads {
+            t.tension *= factor;
+        }
+        scaled
+    }
+
+    /// True where every load is the gradient of a potential, so that the tangent is symmetric: no
+    /// moments and no follower loads.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.wrenches.iter().all(|w| w.frame == Frame::World && w.moment == Vector3::zeros())
+    }
+
+    /// What is wrong with the loads, on a robot.
+    ///
+    /// # Errors
+    /// The first problem found.
+    pub fn check(&self, robot: &Robot) -> Result<(), LoadProblem> {
+        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
+        let length = robot.length();
+        let inside = |label: f64| {
+            if (0.0..=length).contains(&label) {
+                Ok(())
+            } else {
+                Err(LoadProblem::OutsideRobot { label, length })
+            }
+        };
+        for w in &self.wrenches {
+            if !(finite(&w.force) && finite(&w.moment) && finite(&w.point)) {
+                return Err(LoadProblem::NotFinite("a wrench"));
+            }
+            if let Station::Label(label) = w.station {
+                inside(label)?;
+            }
+        }
+        for d in &self.distributed {
+            if !finite(&d.force) {
+                return Err(LoadProblem::NotFinite("a distributed force"));
+            }
+            inside(d.from)?;
+            inside(d.to)?;
+        }
+        if self.gravity.is_some_and(|g| !finite(&g)) {
+            return Err(LoadProblem::NotFinite("the gravity"));
+        }
+        for t in &self.threads {
+            if !(finite(&t.pulley) && finite(&t.point) && t.tension.is_finite() && t.radius.is_finite()) {
+                return Err(LoadProblem::NotFinite("a thread"));
+            }
+            if t.radius < 0.0 {
+                return Err(LoadProblem::Negative("a pulley radius", t.radius));
+            }
+            if t.tension < 0.0 {
+                return Err(LoadProblem::Negative("a thread's tension", t.tension));
+            }
+        }
+        Ok(())
+    }
+
+    /// Labels where concentrated loads act or distributed ones begin and end: the fields have kinks there.
+    pub(crate) fn cuts(&self) -> Vec<f64> {
+        let concentrated = self.wrenches.iter().filter_map(|w| match w.station {
+            Station::Label(label) => Some(label),
+            Station::Tip => None,
+        });
+        concentrated.chain(self.distributed.iter().flat_map(|d| [d.from, d.to])).collect()
+    }
+}
+
+/// Force and moment of one concentrated load at a given pose, and how they change with it.
+pub(crate) struct Applied {
+    /// Force on the point of action, world components (N).
+    pub force: Vector3<f64>,
+    /// Moment about the point of action, world components (N m).
+    pub moment: Vector3<f64>,
+    /// Arm from the section's centre to the point of action, world components (m).
+    pub arm: Vector3<f64>,
+    /// ∂force/∂(point of action).
+    pub force_by_point: Matrix3<f64>,
+    /// ∂force/∂φ.
+    pub force_by_spin: Matrix3<f64>,
+    /// ∂moment/∂φ.
+    pub moment_by_spin: Matrix3<f64>,
+}
+
+impl Wrench {
+    /// At the pose of its section.
+    pub(crate) fn at(&self, rotation: &Matrix3<f64>) -> Applied {
+        let (force, moment, turn) = match self.frame {
+            Frame::World => (self.force, self.moment, 0.0),
+            Frame::Section => (rotation * self.force, rotation * self.moment, 1.0),
+        };
+        Applied {
+            force,
+            moment,
+            arm: rotation * self.point,
+            force_by_point: Matrix3::zeros(),
+            // A force that turns with the section: δf = φ × f.
+            force_by_spin: hat(&force) * -turn,
+            moment_by_spin: hat(&moment) * -turn,
+        }
+    }
+}
+
+impl Thread {
+    /// At the pose of the tip. The thread leaves the tip along the tangent to the pulley: the direction
+    /// to its centre turned about Z by asin(radius/distance).
+    pub(crate) fn at(&self, rotation: &Matrix3<f64>, centre: &Vector3<f64>) -> Applied {
+        let arm = rotation * self.point;
+        let gap = self.pulley - (centre + arm);
+        // At the pulley itself the direction is undefined: keep it finite.
+        let distance = gap.norm().max(self.radius * (1.0 + 1e-9)).max(1e-12);
+        let unit = gap / distance;
+        let side = if self.left { 1.0 } else { -1.0 };
+        let sine = self.radius / distance;
+        let (s, c) = (side * sine, (1.0 - sine * sine).sqrt());
+        let turn = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+        let force = turn * unit * self.tension;
+        // The turning angle shrinks with the distance: dα = −side ρ/(d² cos α) δd.
+        let angle_slope = -side * sine / (distance * c.max(1e-9));
+        let across = Vector3::new(-force.y, force.x, 0.0);
+        let by_gap = turn * (Matrix3::identity() - unit * unit.transpose()) * (self.tension / distance)
+            + across * unit.transpose() * angle_slope;
+        Applied {
+            force,
+            moment: Vector3::zeros(),
+            arm,
+            force_by_point: -by_gap,
+            force_by_spin: Matrix3::zeros(),
+            moment_by_spin: Matrix3::zeros(),
+        }
+    }
+}

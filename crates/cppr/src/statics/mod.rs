@@ -1,0 +1,11 @@
+//! Energy, loads and the conditions of equilibrium.
+
+pub(crate) mod assembly;
+#[cfg(test)]
+mod check;
+pub(crate) mod energy;
+pub mod load;
+pub(crate) mod stiffness;
+
+pub use assembly::RotationKnob;
+pub use load::{DistributedForce, Frame, LoadProblem, Loads, Station, Thread, Wrench};
