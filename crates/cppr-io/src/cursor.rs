@@ -52,31 +52,13 @@ impl<'a, 'i> Cursor<'a, 'i> {
         out: &mut Collector,
     ) -> Self {
         let mut misspelt = Vec::new();
-        for (key, value) in table
-            .iter()
-            .filter(|(key, _)| !known.contains(&key.get_ref().as_ref()))
-        {
+        for (key, value) in table.iter().filter(|(key, _)| !known.contains(&key.get_ref().as_ref())) {
             let found = guess(key.get_ref(), plain_number(value.get_ref()), known);
             misspelt.extend(found.meant);
-            let shown: String = key
-                .get_ref()
-                .chars()
-                .filter(|c| !c.is_control())
-                .take(60)
-                .collect();
-            out.wrong(
-                key.span(),
-                format!("{path}{shown}"),
-                found.message,
-                found.help,
-            );
+            let shown: String = key.get_ref().chars().filter(|c| !c.is_control()).take(60).collect();
+            out.wrong(key.span(), format!("{path}{shown}"), found.message, found.help);
         }
-        Self {
-            table,
-            span,
-            path,
-            misspelt,
-        }
+        Self { table, span, path, misspelt }
     }
 
     /// The path with a key at its end.
@@ -107,12 +89,7 @@ impl<'a, 'i> Cursor<'a, 'i> {
     }
 
     /// The value under a key that must be there; `help` says what to write.
-    pub fn require(
-        &self,
-        key: &'static str,
-        help: &str,
-        out: &mut Collector,
-    ) -> Option<Entry<'a, 'i>> {
+    pub fn require(&self, key: &'static str, help: &str, out: &mut Collector) -> Option<Entry<'a, 'i>> {
         if !self.has(key) {
             out.missing(self.span(), self.path(key), "this key is missing", help);
         }
@@ -122,19 +99,11 @@ impl<'a, 'i> Cursor<'a, 'i> {
     /// The number under a key, in SI.
     pub fn field(&self, key: &'static str, quantity: &Quantity, out: &mut Collector) -> Field {
         let value = self.get(key).and_then(|entry| entry.number(quantity, out));
-        Field {
-            present: self.has(key),
-            value,
-        }
+        Field { present: self.has(key), value }
     }
 
     /// The number under a key that must be there, in SI.
-    pub fn number(
-        &self,
-        key: &'static str,
-        quantity: &Quantity,
-        out: &mut Collector,
-    ) -> Option<f64> {
+    pub fn number(&self, key: &'static str, quantity: &Quantity, out: &mut Collector) -> Option<f64> {
         let help = format!("Write {key} = {}.", quantity.example);
         self.require(key, &help, out)?.number(quantity, out)
     }
@@ -158,11 +127,7 @@ impl<'a, 'i> Entry<'a, 'i> {
 
     /// Reports that the value is of another kind than wanted.
     fn mistyped(&self, wanted: &str, help: String, out: &mut Collector) {
-        self.wrong(
-            format!("this must be {wanted}, and it is {}", kind(self.value)),
-            help,
-            out,
-        );
+        self.wrong(format!("this must be {wanted}, and it is {}", kind(self.value)), help, out);
     }
 
     /// A number, in SI.
@@ -171,16 +136,8 @@ impl<'a, 'i> Entry<'a, 'i> {
             // Half of all strings in place of numbers are a number with its unit.
             let quoted = self.value.as_str().and_then(leading_number);
             let example = quoted.unwrap_or(quantity.example);
-            let end = if quantity.unit.suffix.is_empty() {
-                ""
-            } else {
-                "; the unit is in the key"
-            };
-            self.mistyped(
-                "a number",
-                format!("Write {} = {example}{end}.", self.name),
-                out,
-            );
+            let end = if quantity.unit.suffix.is_empty() { "" } else { "; the unit is in the key" };
+            self.mistyped("a number", format!("Write {} = {example}{end}.", self.name), out);
             return None;
         };
         if let Some((message, help)) = quantity.objection(number) {
@@ -193,19 +150,13 @@ impl<'a, 'i> Entry<'a, 'i> {
     /// A whole number from 1 to `most`.
     pub fn count(&self, most: u32, out: &mut Collector) -> Option<u32> {
         let number = match self.value {
-            DeValue::Integer(integer) => {
-                u32::from_str_radix(integer.as_str(), integer.radix()).ok()
-            }
+            DeValue::Integer(integer) => u32::from_str_radix(integer.as_str(), integer.radix()).ok(),
             _ => None,
         };
         let number = number.filter(|n| (1..=most).contains(n));
         if number.is_none() {
             let message = format!("this must be a whole number from 1 to {most}");
-            self.wrong(
-                message,
-                format!("Write {} = 15, or leave it out.", self.name),
-                out,
-            );
+            self.wrong(message, format!("Write {} = 15, or leave it out.", self.name), out);
         }
         number
     }
@@ -223,11 +174,7 @@ impl<'a, 'i> Entry<'a, 'i> {
     pub fn word(&self, words: &[&'static str], out: &mut Collector) -> Option<&'static str> {
         let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
         let known = list(&quoted.iter().map(String::as_str).collect::<Vec<_>>());
-        let example = format!(
-            "Write {} = \"{}\".",
-            self.name,
-            words.first().copied().unwrap_or_default()
-        );
+        let example = format!("Write {} = \"{}\".", self.name, words.first().copied().unwrap_or_default());
         let text = self.text(&format!("{example} Known are {known}."), out)?;
         let found = words.iter().copied().find(|word| *word == text);
         if found.is_none() {
@@ -243,13 +190,9 @@ impl<'a, 'i> Entry<'a, 'i> {
     /// A table, whose keys go on where this key ends.
     pub fn table(&self, known: &[&'static str], out: &mut Collector) -> Option<Cursor<'a, 'i>> {
         match self.value {
-            DeValue::Table(table) => Some(Cursor::new(
-                table,
-                self.key_span.clone(),
-                format!("{}.", self.key),
-                known,
-                out,
-            )),
+            DeValue::Table(table) => {
+                Some(Cursor::new(table, self.key_span.clone(), format!("{}.", self.key), known, out))
+            }
             other => {
                 let help = if is_list_of_tables(other) {
                     "Write its header in single brackets: there is only one of it.".to_owned()
@@ -264,9 +207,7 @@ impl<'a, 'i> Entry<'a, 'i> {
 }
 
 fn is_list_of_tables(value: &DeValue<'_>) -> bool {
-    value
-        .as_array()
-        .is_some_and(|items| items.iter().any(|item| item.get_ref().is_table()))
+    value.as_array().is_some_and(|items| items.iter().any(|item| item.get_ref().is_table()))
 }
 
 /// The number of an integer or float, in whatever base it is written.
@@ -274,9 +215,9 @@ pub(crate) fn plain_number(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-        DeValue::Integer(integer) => u32::from_str_radix(integer.as_str(), integer.radix())
-            .ok()
-            .map(f64::from),
+        DeValue::Integer(integer) => {
+            u32::from_str_radix(integer.as_str(), integer.radix()).ok().map(f64::from)
+        }
         _ => None,
     }
 }
@@ -284,9 +225,7 @@ pub(crate) fn plain_number(value: &DeValue<'_>) -> Option<f64> {
 /// The number that a text begins with.
 fn leading_number(text: &str) -> Option<&str> {
     let text = text.trim();
-    let end = text
-        .find(|c: char| !c.is_ascii_digit() && c != '.' && c != '-')
-        .unwrap_or(text.len());
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.' && c != '-').unwrap_or(text.len());
     let number = text.get(..end)?;
     number.parse::<f64>().ok().map(|_| number)
 }

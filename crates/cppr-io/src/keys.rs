@@ -39,9 +39,7 @@ pub(crate) struct Guess {
 
 /// Splits a known key into its stem and unit.
 fn split(key: &str) -> (&str, &str) {
-    OWN.iter()
-        .find_map(|unit| key.strip_suffix(unit).map(|stem| (stem, *unit)))
-        .unwrap_or((key, ""))
+    OWN.iter().find_map(|unit| key.strip_suffix(unit).map(|stem| (stem, *unit))).unwrap_or((key, ""))
 }
 
 /// Explains an unknown key among the known ones; `value` is its number, where it has a plain one.
@@ -63,10 +61,7 @@ pub(crate) fn guess(key: &str, value: Option<f64>, known: &[&'static str]) -> Gu
             };
         }
         let given = key.strip_prefix(stem).unwrap_or_default();
-        if let Some((_, _, factor)) = FOREIGN
-            .iter()
-            .find(|(from, to, _)| *from == given && *to == unit)
-        {
+        if let Some((_, _, factor)) = FOREIGN.iter().find(|(from, to, _)| *from == given && *to == unit) {
             return Guess {
                 meant: Some(candidate),
                 message: "this unit is not used here".to_owned(),
@@ -93,11 +88,7 @@ pub(crate) fn guess(key: &str, value: Option<f64>, known: &[&'static str]) -> Gu
         _ => Guess {
             meant: None,
             message: "this key is not known here".to_owned(),
-            help: if known.is_empty() {
-                String::new()
-            } else {
-                format!("Known are {}.", list(known))
-            },
+            help: if known.is_empty() { String::new() } else { format!("Known are {}.", list(known)) },
         },
     }
 }

@@ -6,12 +6,7 @@ use crate::quantity::{DENSITY, MODULUS, POISSON, print};
 use cppr::design::Material;
 use std::ops::Range;
 
-const KEYS: [&str; 4] = [
-    "youngs_modulus_GPa",
-    "poissons_ratio",
-    "shear_modulus_GPa",
-    "density_kg_m3",
-];
+const KEYS: [&str; 4] = ["youngs_modulus_GPa", "poissons_ratio", "shear_modulus_GPa", "density_kg_m3"];
 
 /// What one table says.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,26 +29,15 @@ impl Written {
             shear_modulus: cursor.field("shear_modulus_GPa", &MODULUS, out),
             density: cursor.field("density_kg_m3", &DENSITY, out),
         };
-        if let (Some(ratio), Some(entry)) =
-            (written.poissons_ratio.value, cursor.get("poissons_ratio"))
+        if let (Some(ratio), Some(entry)) = (written.poissons_ratio.value, cursor.get("poissons_ratio"))
             && !(ratio > -1.0 && ratio < 0.5)
         {
-            let message = format!(
-                "Poisson's ratio lies between -1 and 0.5, and this is {}",
-                print(ratio)
-            );
+            let message = format!("Poisson's ratio lies between -1 and 0.5, and this is {}", print(ratio));
             entry.wrong(message, "Write a number in between, such as 0.35.", out);
         }
-        if let (true, Some(entry)) = (
-            written.poissons_ratio.present,
-            cursor.get("shear_modulus_GPa"),
-        ) {
+        if let (true, Some(entry)) = (written.poissons_ratio.present, cursor.get("shear_modulus_GPa")) {
             let message = "Poisson's ratio is given too, and either of them fixes the other";
-            entry.wrong(
-                message,
-                "Keep one of poissons_ratio and shear_modulus_GPa.",
-                out,
-            );
+            entry.wrong(message, "Keep one of poissons_ratio and shear_modulus_GPa.", out);
         }
         written
     }
@@ -76,11 +60,7 @@ impl Common {
         let broken = root.has("material") && !entry.as_ref().is_some_and(|e| e.value.is_table());
         let span = entry.map_or(root.span(), |e| e.key_span);
         let reported = if broken { KEYS.to_vec() } else { Vec::new() };
-        Self {
-            written,
-            span,
-            reported,
-        }
+        Self { written, span, reported }
     }
 
     /// The material of a tube.
@@ -90,18 +70,9 @@ impl Common {
         let modulus = pick(own.youngs_modulus, common.youngs_modulus);
         let density = pick(own.density, common.density);
         // Ratio and shear modulus say the same thing: a tube that gives one overrides both.
-        let shear = if own.poissons_ratio.present || own.shear_modulus.present {
-            own
-        } else {
-            &common
-        };
+        let shear = if own.poissons_ratio.present || own.shear_modulus.present { own } else { &common };
         let has_shear = shear.poissons_ratio.present || shear.shear_modulus.present;
-        self.need(
-            modulus.present,
-            "youngs_modulus_GPa",
-            "Write youngs_modulus_GPa = 5.39.",
-            out,
-        );
+        self.need(modulus.present, "youngs_modulus_GPa", "Write youngs_modulus_GPa = 5.39.", out);
         let help = "Write poissons_ratio = 0.35, or shear_modulus_GPa if that is what is known.";
         self.need(has_shear, "poissons_ratio", help, out);
         let help = "Write density_kg_m3 = 1240, or 0 for a robot without weight.";
@@ -111,11 +82,7 @@ impl Common {
             Some(shear_modulus) => youngs_modulus / (2.0 * shear_modulus) - 1.0,
             None => shear.poissons_ratio.value?,
         };
-        Some(Material {
-            youngs_modulus,
-            poissons_ratio,
-            density: density.value?,
-        })
+        Some(Material { youngs_modulus, poissons_ratio, density: density.value? })
     }
 
     /// Reports a key that no table gives, once per file.

@@ -11,16 +11,8 @@ use crate::robot_file::NotchPattern;
 use cppr::design::{BelowPlate, Outline, Profile, Torsion};
 use toml::de::DeValue;
 
-const KEYS: [&str; 8] = [
-    "depth_mm",
-    "length_mm",
-    "tooth_mm",
-    "count",
-    "opening_deg",
-    "twist_deg",
-    "torsion",
-    "below_plate",
-];
+const KEYS: [&str; 8] =
+    ["depth_mm", "length_mm", "tooth_mm", "count", "opening_deg", "twist_deg", "torsion", "below_plate"];
 /// Most notches of a tube.
 const MOST: u32 = 10_000;
 /// Abscissae at which the depth of an interpolated pattern is looked at.
@@ -47,11 +39,7 @@ pub(crate) fn read_notches(
 ) -> Option<Notches> {
     let cursor = parent.child("notches", &KEYS, out)?;
     let depth = cursor
-        .require(
-            "depth_mm",
-            "Write depth_mm = 5.0, or leave notches out for an uncut tube.",
-            out,
-        )
+        .require("depth_mm", "Write depth_mm = 5.0, or leave notches out for an uncut tube.", out)
         .and_then(|entry| read(&entry, &DEPTH, true, length, out));
     let direction = Direction::read(&cursor, tube, true, length, out);
     let lists: Vec<&Written> = depth
@@ -60,15 +48,9 @@ pub(crate) fn read_notches(
         .filter(|written| written.spread == Spread::PerNotch)
         .collect();
     let pattern = read_pattern(&cursor, &lists, length, out);
-    let middles = pattern
-        .as_ref()
-        .map(NotchPattern::middles)
-        .unwrap_or_default();
+    let middles = pattern.as_ref().map(NotchPattern::middles).unwrap_or_default();
     let torsion = read_torsion(&cursor, length, out);
-    let below = match cursor
-        .get("below_plate")
-        .map(|entry| entry.word(&["plain", "continued"], out))
-    {
+    let below = match cursor.get("below_plate").map(|entry| entry.word(&["plain", "continued"], out)) {
         Some(Some("continued")) => BelowPlate::Continued,
         _ => BelowPlate::Plain,
     };
@@ -82,18 +64,8 @@ pub(crate) fn read_notches(
         }
         Some(profile)
     });
-    let direction = if fits {
-        direction.build(&middles, out)
-    } else {
-        None
-    };
-    Some(Notches {
-        depth: depth?,
-        direction: direction?,
-        torsion: torsion?,
-        below,
-        pattern,
-    })
+    let direction = if fits { direction.build(&middles, out) } else { None };
+    Some(Notches { depth: depth?, direction: direction?, torsion: torsion?, below, pattern })
 }
 
 /// Length, tooth and number of the notches; they must be there when `lists` give one value per notch.
@@ -124,46 +96,28 @@ fn read_pattern(
         }
         return None;
     }
-    for (key, there, other) in [
-        ("length_mm", notch.present, "tooth_mm"),
-        ("tooth_mm", tooth.present, "length_mm"),
-    ] {
+    for (key, there, other) in
+        [("length_mm", notch.present, "tooth_mm"), ("tooth_mm", tooth.present, "length_mm")]
+    {
         if !there {
             let message = format!("this key is missing beside {other}");
-            out.missing(
-                cursor.span(),
-                cursor.path(key),
-                message,
-                format!("Write {key} = 5.0."),
-            );
+            out.missing(cursor.span(), cursor.path(key), message, format!("Write {key} = 5.0."));
         }
     }
     let (notch, tooth, length) = (notch.value?, tooth.value?, length?);
     let pitch = notch + tooth;
     let room = whole(length / pitch + ROUNDING);
     let say = |count: usize| {
-        let size = format!(
-            "{count} × ({} + {}) mm",
-            print(notch * 1e3),
-            print(tooth * 1e3)
-        );
-        format!(
-            "the pattern is longer than the tube: {size} is more than {}",
-            print_mm(length)
-        )
+        let size = format!("{count} × ({} + {}) mm", print(notch * 1e3), print(tooth * 1e3));
+        format!("the pattern is longer than the tube: {size} is more than {}", print_mm(length))
     };
     let fit = if room == 0 {
-        format!(
-            "Write a length_mm and tooth_mm that together are at most {}.",
-            print(length * 1e3)
-        )
+        format!("Write a length_mm and tooth_mm that together are at most {}.", print(length * 1e3))
     } else {
         format!("There is room for {room}.")
     };
     if room == 0 {
-        let span = cursor
-            .get("length_mm")
-            .map_or(cursor.span(), |entry| entry.span);
+        let span = cursor.get("length_mm").map_or(cursor.span(), |entry| entry.span);
         out.wrong(span, cursor.path("length_mm"), say(1), fit);
         return None;
     }
@@ -192,46 +146,28 @@ fn read_pattern(
             out.wrong(list.span.clone(), list.key.clone(), message, help);
         }
     }
-    Some(NotchPattern {
-        length: notch,
-        tooth,
-        count,
-    })
+    Some(NotchPattern { length: notch, tooth, count })
 }
 
 /// The whole part of a number, at most [`MOST`].
 fn whole(number: f64) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to 0..=MOST"
-    )]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=MOST")]
     let whole = number.clamp(0.0, f64::from(MOST)) as u32;
     whole
 }
 
-fn read_torsion(
-    cursor: &Cursor<'_, '_>,
-    length: Option<f64>,
-    out: &mut Collector,
-) -> Option<Torsion> {
+fn read_torsion(cursor: &Cursor<'_, '_>, length: Option<f64>, out: &mut Collector) -> Option<Torsion> {
     let Some(entry) = cursor.get("torsion") else {
         return Some(Torsion::SaintVenant);
     };
     if matches!(entry.value, DeValue::Table(_)) {
         let table = entry.table(&["stiffness_Nmm2"], out)?;
         let given = table.require("stiffness_Nmm2", "Write { stiffness_Nmm2 = 170.0 }.", out)?;
-        return read(&given, &STIFFNESS, false, length, out)?
-            .plain(out)
-            .map(Torsion::Given);
+        return read(&given, &STIFFNESS, false, length, out)?.plain(out).map(Torsion::Given);
     }
     if !matches!(entry.value, DeValue::String(_)) {
         let message = "this must be \"saint-venant\", \"polar\" or a stiffness";
-        entry.wrong(
-            message,
-            "Write a stiffness as torsion = { stiffness_Nmm2 = 170.0 }.",
-            out,
-        );
+        entry.wrong(message, "Write a stiffness as torsion = { stiffness_Nmm2 = 170.0 }.", out);
         return None;
     }
     match entry.word(&["saint-venant", "polar"], out)? {
@@ -243,34 +179,17 @@ fn read_torsion(
 /// Compares every depth with what there is to cut; true where all of them leave something.
 fn check_depths(written: &Written, outline: &Outline, out: &mut Collector) -> bool {
     let limit = outline.depth_limit();
-    let help = format!(
-        "Write a depth below {}, or leave notches out for an uncut tube.",
-        print(limit * 1e3)
-    );
+    let help = format!("Write a depth below {}, or leave notches out for an uncut tube.", print(limit * 1e3));
     let mut sound = true;
     let many = written.numbers.len() > 1;
-    for (index, Number { value, span }) in written
-        .numbers
-        .iter()
-        .enumerate()
-        .filter(|(_, n)| n.value >= limit)
+    for (index, Number { value, span }) in
+        written.numbers.iter().enumerate().filter(|(_, n)| n.value >= limit)
     {
-        let key = if many {
-            format!("{}, number {}", written.key, index + 1)
-        } else {
-            written.key.clone()
-        };
+        let key = if many { format!("{}, number {}", written.key, index + 1) } else { written.key.clone() };
         let message = if *value > limit {
-            format!(
-                "{} is deeper than the tube is wide ({})",
-                print_mm(*value),
-                print_mm(limit)
-            )
+            format!("{} is deeper than the tube is wide ({})", print_mm(*value), print_mm(limit))
         } else {
-            format!(
-                "{} cuts the tube through: nothing is left",
-                print_mm(*value)
-            )
+            format!("{} cuts the tube through: nothing is left", print_mm(*value))
         };
         out.wrong(span.clone(), key, message, help.clone());
         sound = false;
@@ -287,13 +206,7 @@ fn check_depths(written: &Written, outline: &Outline, out: &mut Collector) -> bo
 }
 
 /// Looks at the depth between the given ones: a spline may swing beyond them.
-fn check_curve(
-    written: &Written,
-    depth: &Profile,
-    outline: &Outline,
-    length: f64,
-    out: &mut Collector,
-) {
+fn check_curve(written: &Written, depth: &Profile, outline: &Outline, length: f64, out: &mut Collector) {
     if written.spread != Spread::PerNotch {
         return;
     }
@@ -302,11 +215,7 @@ fn check_curve(
         .map(|x| (x, depth.eval(x, length)[0]))
         .find(|(_, value)| !(*value >= 0.0 && *value < outline.depth_limit()));
     if let Some((x, value)) = worst {
-        let message = format!(
-            "the curve through these depths is {} at x = {}",
-            print_mm(value),
-            print_mm(x)
-        );
+        let message = format!("the curve through these depths is {} at x = {}", print_mm(value), print_mm(x));
         let help = format!(
             "Let the depths change more gently, so that it stays between 0.0 and {}.",
             print(outline.depth_limit() * 1e3)

@@ -72,10 +72,7 @@ impl Problems {
     /// The same problems under the name of the file that has them.
     #[must_use]
     pub fn in_file(self, name: impl Into<String>) -> Self {
-        Self {
-            file: Some(name.into()),
-            ..self
-        }
+        Self { file: Some(name.into()), ..self }
     }
 
     /// One problem of the file as a whole.
@@ -88,10 +85,7 @@ impl Problems {
             help: help.into(),
             excerpt: None,
         };
-        Self {
-            list: vec![problem],
-            ..Self::default()
-        }
+        Self { list: vec![problem], ..Self::default() }
     }
 }
 
@@ -137,22 +131,12 @@ pub(crate) struct Collector<'t> {
 
 impl<'t> Collector<'t> {
     pub fn new(text: &'t str) -> Self {
-        Self {
-            text,
-            syntax: Vec::new(),
-            found: Vec::new(),
-        }
+        Self { text, syntax: Vec::new(), found: Vec::new() }
     }
 
     /// An offence against TOML itself.
     pub fn syntax(&mut self, span: Range<usize>, message: String, help: String) {
-        self.syntax.push(Found {
-            span,
-            key: String::new(),
-            message,
-            help,
-            absence: false,
-        });
+        self.syntax.push(Found { span, key: String::new(), message, help, absence: false });
     }
 
     /// Something that is there and wrong.
@@ -164,13 +148,7 @@ impl<'t> Collector<'t> {
         help: impl Into<String>,
     ) {
         let (key, message, help) = (key.into(), message.into(), help.into());
-        self.found.push(Found {
-            span,
-            key,
-            message,
-            help,
-            absence: false,
-        });
+        self.found.push(Found { span, key, message, help, absence: false });
     }
 
     /// Something that should be there and is not.
@@ -182,13 +160,7 @@ impl<'t> Collector<'t> {
         help: impl Into<String>,
     ) {
         let (key, message, help) = (key.into(), message.into(), help.into());
-        self.found.push(Found {
-            span,
-            key,
-            message,
-            help,
-            absence: true,
-        });
+        self.found.push(Found { span, key, message, help, absence: true });
     }
 
     pub fn is_empty(&self) -> bool {
@@ -199,14 +171,8 @@ impl<'t> Collector<'t> {
     /// offence is trusted and what follows it is not: it may have been read wrongly.
     pub fn finish(mut self) -> Problems {
         let lines = Lines::new(self.text);
-        if let Some(first) = self
-            .syntax
-            .iter()
-            .map(|p| lines.place(p.span.start).0)
-            .min()
-        {
-            self.found
-                .retain(|p| !p.absence && lines.place(p.span.end).0 < first);
+        if let Some(first) = self.syntax.iter().map(|p| lines.place(p.span.start).0).min() {
+            self.found.retain(|p| !p.absence && lines.place(p.span.end).0 < first);
             // One slip often offends several rules in a row on its line.
             self.syntax.sort_by_key(|p| p.span.start);
             self.syntax.dedup_by_key(|p| lines.place(p.span.start).0);
@@ -217,11 +183,7 @@ impl<'t> Collector<'t> {
         let omitted = all.len().saturating_sub(LISTED);
         all.truncate(LISTED);
         let list = all.into_iter().map(|p| lines.problem(p)).collect();
-        Problems {
-            file: None,
-            list,
-            omitted,
-        }
+        Problems { file: None, list, omitted }
     }
 }
 
@@ -233,9 +195,7 @@ struct Lines<'t> {
 
 impl<'t> Lines<'t> {
     fn new(text: &'t str) -> Self {
-        let starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(at, _)| at + 1))
-            .collect();
+        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         Self { text, starts }
     }
 
@@ -248,35 +208,18 @@ impl<'t> Lines<'t> {
     fn problem(&self, found: Found) -> Problem {
         let (line, start) = self.place(found.span.start);
         let rest = self.text.get(start..).unwrap_or_default();
-        let content = rest
-            .split('\n')
-            .next()
-            .unwrap_or_default()
-            .trim_end_matches('\r');
-        let characters = |bytes: usize| {
-            content
-                .char_indices()
-                .take_while(|(at, _)| *at < bytes)
-                .count()
-        };
+        let content = rest.split('\n').next().unwrap_or_default().trim_end_matches('\r');
+        let characters = |bytes: usize| content.char_indices().take_while(|(at, _)| *at < bytes).count();
         let from = characters(found.span.start - start);
         let to = characters(found.span.end.saturating_sub(start)).max(from + 1);
-        let cut = if content.chars().count() > QUOTED {
-            from.saturating_sub(LEAD)
-        } else {
-            0
-        };
+        let cut = if content.chars().count() > QUOTED { from.saturating_sub(LEAD) } else { 0 };
         let text = content
             .chars()
             .skip(cut)
             .take(QUOTED)
             .map(|c| if c.is_control() { ' ' } else { c })
             .collect::<String>();
-        let excerpt = Excerpt {
-            start: from - cut,
-            length: (to - from).min(QUOTED + cut + 1 - from),
-            text,
-        };
+        let excerpt = Excerpt { start: from - cut, length: (to - from).min(QUOTED + cut + 1 - from), text };
         Problem {
             line,
             column: from + 1,

@@ -59,8 +59,7 @@ pub(crate) fn read(
                 2 => Spread::Ends,
                 _ if per_notch => Spread::PerNotch,
                 count => {
-                    let message =
-                        format!("a list here has two numbers, base and tip, and this has {count}");
+                    let message = format!("a list here has two numbers, base and tip, and this has {count}");
                     let help = format!(
                         "Write {} = [base, tip], or a table {{ x_mm = [...], {} = [...] }}.",
                         entry.name, entry.name
@@ -74,21 +73,10 @@ pub(crate) fn read(
         DeValue::Table(_) => table(entry, quantity, length, out)?,
         _ => {
             let value = entry.number(quantity, out)?;
-            (
-                Spread::Constant,
-                vec![Number {
-                    value,
-                    span: entry.span.clone(),
-                }],
-            )
+            (Spread::Constant, vec![Number { value, span: entry.span.clone() }])
         }
     };
-    Some(Written {
-        spread,
-        numbers,
-        key: entry.key.clone(),
-        span: entry.span.clone(),
-    })
+    Some(Written { spread, numbers, key: entry.key.clone(), span: entry.span.clone() })
 }
 
 fn numbers(
@@ -98,36 +86,20 @@ fn numbers(
     out: &mut Collector,
 ) -> Option<Vec<Number>> {
     if items.is_empty() || items.len() > LONGEST {
-        let message = if items.is_empty() {
-            "the list is empty"
-        } else {
-            "the list is too long"
-        };
+        let message = if items.is_empty() { "the list is empty" } else { "the list is too long" };
         entry.wrong(message, format!("Write from 1 to {LONGEST} numbers."), out);
         return None;
     }
     let read = items.iter().enumerate().map(|(index, item)| {
         let name = entry.name;
         let key = format!("{}, number {}", entry.key, index + 1);
-        let item = Entry {
-            name,
-            key,
-            span: item.span(),
-            key_span: entry.key_span.clone(),
-            value: item.get_ref(),
-        };
+        let item =
+            Entry { name, key, span: item.span(), key_span: entry.key_span.clone(), value: item.get_ref() };
         if let DeValue::Integer(_) | DeValue::Float(_) = item.value {
-            item.number(quantity, out).map(|value| Number {
-                value,
-                span: item.span,
-            })
+            item.number(quantity, out).map(|value| Number { value, span: item.span })
         } else {
             let message = format!("this must be a number, and it is {}", kind(item.value));
-            item.wrong(
-                message,
-                format!("Write a number such as {}.", quantity.example),
-                out,
-            );
+            item.wrong(message, format!("Write a number such as {}.", quantity.example), out);
             None
         }
     });
@@ -142,22 +114,17 @@ fn table(
     out: &mut Collector,
 ) -> Option<(Spread, Vec<Number>)> {
     let cursor = entry.table(&["x_mm", entry.name], out)?;
-    let mut column =
-        |name: &'static str, quantity: &Quantity| -> Option<(Entry<'_, '_>, Vec<Number>)> {
-            let help = format!("Write {{ x_mm = [0.0, 150.0], {} = [...] }}.", entry.name);
-            let column = cursor.require(name, &help, out)?;
-            if let DeValue::Array(items) = column.value {
-                let numbers = numbers(&column, items, quantity, out)?;
-                Some((column, numbers))
-            } else {
-                column.wrong(
-                    format!("this must be a list, and it is {}", kind(column.value)),
-                    help,
-                    out,
-                );
-                None
-            }
-        };
+    let mut column = |name: &'static str, quantity: &Quantity| -> Option<(Entry<'_, '_>, Vec<Number>)> {
+        let help = format!("Write {{ x_mm = [0.0, 150.0], {} = [...] }}.", entry.name);
+        let column = cursor.require(name, &help, out)?;
+        if let DeValue::Array(items) = column.value {
+            let numbers = numbers(&column, items, quantity, out)?;
+            Some((column, numbers))
+        } else {
+            column.wrong(format!("this must be a list, and it is {}", kind(column.value)), help, out);
+            None
+        }
+    };
     let x = column("x_mm", &ABSCISSA);
     let values = column(entry.name, quantity);
     let ((x_entry, x), (value_entry, values)) = (x?, values?);
@@ -170,73 +137,37 @@ fn table(
         if let [before, after] = pair
             && after.value <= before.value
         {
-            let message = format!(
-                "{} does not lie beyond {} before it",
-                print_mm(after.value),
-                print_mm(before.value)
-            );
-            object(
-                after,
-                message,
-                "Write the abscissae in increasing order, each once.".to_owned(),
-            );
+            let message =
+                format!("{} does not lie beyond {} before it", print_mm(after.value), print_mm(before.value));
+            object(after, message, "Write the abscissae in increasing order, each once.".to_owned());
         }
     }
     if let Some(length) = length {
         for number in x.iter().filter(|number| number.value > length) {
-            let message = format!(
-                "{} lies beyond the tip at {}",
-                print_mm(number.value),
-                print_mm(length)
-            );
-            object(
-                number,
-                message,
-                format!("Write abscissae from 0.0 to {}.", print(length * 1e3)),
-            );
+            let message = format!("{} lies beyond the tip at {}", print_mm(number.value), print_mm(length));
+            object(number, message, format!("Write abscissae from 0.0 to {}.", print(length * 1e3)));
         }
     }
     if x.len() != values.len() || x.len() < 2 {
         let message = format!("{} values stand at {} abscissae", values.len(), x.len());
         let help = "Write one value per abscissa, and two or more of them.";
-        out.wrong(
-            value_entry.span.clone(),
-            value_entry.key.clone(),
-            message,
-            help,
-        );
+        out.wrong(value_entry.span.clone(), value_entry.key.clone(), message, help);
         return None;
     }
-    sound.then(|| {
-        (
-            Spread::Table(x.into_iter().map(|n| n.value).collect()),
-            values,
-        )
-    })
+    sound.then(|| (Spread::Table(x.into_iter().map(|n| n.value).collect()), values))
 }
 
 impl Written {
     /// The profile, every value mapped by `map`; `middles` are the middles of the notches (m).
-    pub fn build(
-        &self,
-        map: impl Fn(f64) -> f64,
-        middles: &[f64],
-        out: &mut Collector,
-    ) -> Option<Profile> {
-        let values: Vec<f64> = self
-            .numbers
-            .iter()
-            .map(|number| map(number.value))
-            .collect();
+    pub fn build(&self, map: impl Fn(f64) -> f64, middles: &[f64], out: &mut Collector) -> Option<Profile> {
+        let values: Vec<f64> = self.numbers.iter().map(|number| map(number.value)).collect();
         let profile = match (&self.spread, values.as_slice()) {
             (Spread::Constant, [value, ..]) => return Some(Profile::constant(*value)),
             (Spread::Ends, [base, tip, ..]) => return Some(Profile::linear(*base, *tip)),
             (Spread::Table(x), values) => Profile::table(x, values),
             (_, values) => Profile::per_notch(values, middles),
         };
-        profile
-            .map_err(|error| out.wrong(self.span.clone(), self.key.clone(), error.to_string(), ""))
-            .ok()
+        profile.map_err(|error| out.wrong(self.span.clone(), self.key.clone(), error.to_string(), "")).ok()
     }
 
     /// The profile of a quantity that is in SI already.
@@ -270,10 +201,7 @@ impl Direction {
         };
         let default = || Written {
             spread: Spread::Constant,
-            numbers: vec![Number {
-                value: 180.0,
-                span: cursor.span(),
-            }],
+            numbers: vec![Number { value: 180.0, span: cursor.span() }],
             key: cursor.path("opening_deg"),
             span: cursor.span(),
         };
@@ -285,11 +213,7 @@ impl Direction {
             && written.spread != Spread::Constant
         {
             let message = "opening_deg varies along the tube already";
-            entry.wrong(
-                message,
-                "Leave twist_deg out, or write opening_deg as one number.",
-                out,
-            );
+            entry.wrong(message, "Leave twist_deg out, or write opening_deg as one number.", out);
         }
         Self { opening, twist }
     }
@@ -308,10 +232,7 @@ impl Direction {
         let twist = self.twist.value.unwrap_or_default();
         if twist.abs() > 0.0 {
             let base = first + shift;
-            return Some(Profile::linear(
-                base.to_radians(),
-                (base + twist).to_radians(),
-            ));
+            return Some(Profile::linear(base.to_radians(), (base + twist).to_radians()));
         }
         opening.build(|value| (value + shift).to_radians(), middles, out)
     }

@@ -21,47 +21,15 @@ impl Unit {
     }
 }
 
-pub(crate) const MM: Unit = Unit {
-    suffix: "_mm",
-    print: " mm",
-    scale: (1.0, 1e3),
-};
-const GPA: Unit = Unit {
-    suffix: "_GPa",
-    print: " GPa",
-    scale: (1e9, 1.0),
-};
-const KG_M3: Unit = Unit {
-    suffix: "_kg_m3",
-    print: " kg/m³",
-    scale: (1.0, 1.0),
-};
-const NMM2: Unit = Unit {
-    suffix: "_Nmm2",
-    print: " N mm²",
-    scale: (1.0, 1e6),
-};
-const NEWTON: Unit = Unit {
-    suffix: "_N",
-    print: " N",
-    scale: (1.0, 1.0),
-};
-const G_M: Unit = Unit {
-    suffix: "_g_m",
-    print: " g/m",
-    scale: (1.0, 1e3),
-};
+pub(crate) const MM: Unit = Unit { suffix: "_mm", print: " mm", scale: (1.0, 1e3) };
+const GPA: Unit = Unit { suffix: "_GPa", print: " GPa", scale: (1e9, 1.0) };
+const KG_M3: Unit = Unit { suffix: "_kg_m3", print: " kg/m³", scale: (1.0, 1.0) };
+const NMM2: Unit = Unit { suffix: "_Nmm2", print: " N mm²", scale: (1.0, 1e6) };
+const NEWTON: Unit = Unit { suffix: "_N", print: " N", scale: (1.0, 1.0) };
+const G_M: Unit = Unit { suffix: "_g_m", print: " g/m", scale: (1.0, 1e3) };
 /// Degrees stay degrees until a direction has been brought into one turn.
-const DEG: Unit = Unit {
-    suffix: "_deg",
-    print: "°",
-    scale: (1.0, 1.0),
-};
-const NONE: Unit = Unit {
-    suffix: "",
-    print: "",
-    scale: (1.0, 1.0),
-};
+const DEG: Unit = Unit { suffix: "_deg", print: "°", scale: (1.0, 1.0) };
+const NONE: Unit = Unit { suffix: "", print: "", scale: (1.0, 1.0) };
 
 /// What signs a quantity may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,10 +56,8 @@ pub(crate) struct Quantity {
 
 const POSITIVE: Sign = Sign::Positive;
 const LENGTH_SLIP: &str = "Is it in another unit? Write it in millimetres.";
-const MODULUS_SLIP: &str =
-    "Is it in another unit? Write it in gigapascals, such as 5.39 for 5390 MPa.";
-const STIFFNESS_SLIP: &str =
-    "Is it in another unit? 1 N m² is 1000000 N mm², and 1 N cm² is 100 N mm².";
+const MODULUS_SLIP: &str = "Is it in another unit? Write it in gigapascals, such as 5.39 for 5390 MPa.";
+const STIFFNESS_SLIP: &str = "Is it in another unit? 1 N m² is 1000000 N mm², and 1 N cm² is 100 N mm².";
 
 macro_rules! quantity {
     ($id:ident, $name:literal, $unit:expr, $sign:expr, $low:literal .. $high:literal, $slip:expr, $example:literal) => {
@@ -106,69 +72,13 @@ macro_rules! quantity {
     };
 }
 
-quantity!(
-    LENGTH,
-    "a length",
-    MM,
-    POSITIVE,
-    1e-3..1e4,
-    LENGTH_SLIP,
-    "150.0"
-);
-quantity!(
-    RADIUS,
-    "a radius",
-    MM,
-    POSITIVE,
-    1e-3..1e4,
-    LENGTH_SLIP,
-    "3.0"
-);
-quantity!(
-    BORE,
-    "the radius of a bore",
-    MM,
-    Sign::NotNegative,
-    1e-3..1e4,
-    LENGTH_SLIP,
-    "2.0"
-);
-quantity!(
-    DEPTH,
-    "a notch depth",
-    MM,
-    Sign::NotNegative,
-    1e-6..1e4,
-    LENGTH_SLIP,
-    "5.0"
-);
-quantity!(
-    OFFSET,
-    "a centroid offset",
-    MM,
-    Sign::NotNegative,
-    1e-6..1e4,
-    LENGTH_SLIP,
-    "1.0"
-);
-quantity!(
-    ABSCISSA,
-    "an abscissa",
-    MM,
-    Sign::NotNegative,
-    1e-9..1e4,
-    LENGTH_SLIP,
-    "0.0"
-);
-quantity!(
-    MODULUS,
-    "an elastic modulus",
-    GPA,
-    POSITIVE,
-    1e-6..2e3,
-    MODULUS_SLIP,
-    "5.39"
-);
+quantity!(LENGTH, "a length", MM, POSITIVE, 1e-3..1e4, LENGTH_SLIP, "150.0");
+quantity!(RADIUS, "a radius", MM, POSITIVE, 1e-3..1e4, LENGTH_SLIP, "3.0");
+quantity!(BORE, "the radius of a bore", MM, Sign::NotNegative, 1e-3..1e4, LENGTH_SLIP, "2.0");
+quantity!(DEPTH, "a notch depth", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "5.0");
+quantity!(OFFSET, "a centroid offset", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "1.0");
+quantity!(ABSCISSA, "an abscissa", MM, Sign::NotNegative, 1e-9..1e4, LENGTH_SLIP, "0.0");
+quantity!(MODULUS, "an elastic modulus", GPA, POSITIVE, 1e-6..2e3, MODULUS_SLIP, "5.39");
 quantity!(
     DENSITY,
     "a density",
@@ -178,24 +88,8 @@ quantity!(
     "Is it in another unit? 1.24 g/cm³ is 1240 kg/m³.",
     "1240"
 );
-quantity!(
-    POISSON,
-    "Poisson's ratio",
-    NONE,
-    Sign::Any,
-    1e-300..1e300,
-    "",
-    "0.35"
-);
-quantity!(
-    STIFFNESS,
-    "a stiffness",
-    NMM2,
-    POSITIVE,
-    1e-6..1e15,
-    STIFFNESS_SLIP,
-    "1783"
-);
+quantity!(POISSON, "Poisson's ratio", NONE, Sign::Any, 1e-300..1e300, "", "0.35");
+quantity!(STIFFNESS, "a stiffness", NMM2, POSITIVE, 1e-6..1e15, STIFFNESS_SLIP, "1783");
 quantity!(
     AXIAL,
     "an axial stiffness",
@@ -244,42 +138,21 @@ impl Quantity {
             ));
         }
         if value < 0.0 && self.sign != Sign::Any {
-            let message = format!(
-                "{name} cannot be negative, and this is {}{unit}",
-                print(value)
-            );
-            let floor = if self.sign == POSITIVE {
-                "above 0"
-            } else {
-                "from 0 on"
-            };
-            return Some((
-                message,
-                format!("Write a number {floor}, such as {example}."),
-            ));
+            let message = format!("{name} cannot be negative, and this is {}{unit}", print(value));
+            let floor = if self.sign == POSITIVE { "above 0" } else { "from 0 on" };
+            return Some((message, format!("Write a number {floor}, such as {example}.")));
         }
         let size = value.abs();
         if size < f64::MIN_POSITIVE {
-            let message = || {
-                (
-                    format!("{name} cannot be zero"),
-                    format!("Write a number above 0, such as {example}."),
-                )
-            };
+            let message =
+                || (format!("{name} cannot be zero"), format!("Write a number above 0, such as {example}."));
             return (self.sign == POSITIVE).then(message);
         }
         let (low, high) = self.range;
         if size < low || size > high {
-            let (side, bound) = if size < low {
-                ("less", low)
-            } else {
-                ("more", high)
-            };
-            let message = format!(
-                "{}{unit} is {side} than any robot has ({}{unit})",
-                print(value),
-                print(bound)
-            );
+            let (side, bound) = if size < low { ("less", low) } else { ("more", high) };
+            let message =
+                format!("{}{unit} is {side} than any robot has ({}{unit})", print(value), print(bound));
             return Some((message, self.slip.to_owned()));
         }
         None
@@ -294,11 +167,7 @@ pub(crate) fn print(value: f64) -> String {
     }
     let text = format!("{value:.6}");
     let short = text.trim_end_matches('0');
-    if short.ends_with('.') {
-        format!("{short}0")
-    } else {
-        short.to_owned()
-    }
+    if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
 }
 
 /// A length in m, printed in mm.

@@ -37,7 +37,8 @@ use toml::de::{DeTable, DeValue};
 pub const LARGEST: usize = 1 << 20;
 
 const KEYS: [&str; 5] = ["name", "length_mm", "material", "calibration", "tube"];
-const EXAMPLE: &str = "Write at least name, length_mm, a [material] and one [[tube]]; the folder robots holds examples.";
+const EXAMPLE: &str =
+    "Write at least name, length_mm, a [material] and one [[tube]]; the folder robots holds examples.";
 /// Most tubes of a robot.
 const MOST_TUBES: usize = 16;
 /// Longest name (characters).
@@ -82,9 +83,7 @@ impl NotchPattern {
     /// Rest abscissae of the middles of the notches (m).
     #[must_use]
     pub fn middles(&self) -> Vec<f64> {
-        (0..self.count)
-            .map(|i| (f64::from(i) + 0.5) * (self.length + self.tooth))
-            .collect()
+        (0..self.count).map(|i| (f64::from(i) + 0.5) * (self.length + self.tooth)).collect()
     }
 }
 
@@ -98,17 +97,14 @@ pub fn read(path: impl AsRef<Path>) -> Result<RobotFile, Problems> {
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         // One byte more than allowed is enough to know that there are too many.
-        std::fs::File::open(path)?
-            .take(LARGEST as u64 + 1)
-            .read_to_end(&mut bytes)?;
+        std::fs::File::open(path)?.take(LARGEST as u64 + 1).read_to_end(&mut bytes)?;
         Ok(bytes)
     };
     let parsed = match open() {
         Ok(bytes) => parse_bytes(&bytes),
-        Err(error) => Err(Problems::of_file(
-            format!("the file cannot be read ({error})"),
-            "Check its name and folder.",
-        )),
+        Err(error) => {
+            Err(Problems::of_file(format!("the file cannot be read ({error})"), "Check its name and folder."))
+        }
     };
     parsed.map_err(|problems| problems.in_file(path.display().to_string()))
 }
@@ -124,18 +120,14 @@ pub fn parse_bytes(bytes: &[u8]) -> Result<RobotFile, Problems> {
         Err(error) => {
             let sound = bytes.get(..error.valid_up_to()).unwrap_or_default();
             let line = sound.split(|byte| *byte == b'\n').count();
-            let message =
-                format!("the file is not UTF-8 text: line {line} has a byte that cannot be");
+            let message = format!("the file is not UTF-8 text: line {line} has a byte that cannot be");
             Err(Problems::of_file(message, "Save it as UTF-8."))
         }
     }
 }
 
 fn too_large() -> Problems {
-    Problems::of_file(
-        "the file is larger than 1 MiB",
-        "A robot file has a few lines. Is it another file?",
-    )
+    Problems::of_file("the file is larger than 1 MiB", "A robot file has a few lines. Is it another file?")
 }
 
 /// Reads a robot from the text of a file.
@@ -155,10 +147,7 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
     let file = read_robot(document.get_ref(), &mut out);
     match file {
         Some(file) if out.is_empty() => Ok(file),
-        _ if out.is_empty() => Err(Problems::of_file(
-            "the file does not describe a robot",
-            EXAMPLE,
-        )),
+        _ if out.is_empty() => Err(Problems::of_file("the file does not describe a robot", EXAMPLE)),
         _ => Err(out.finish()),
     }
 }
@@ -173,25 +162,14 @@ fn read_robot(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
         Some(field) if field.present => field.value,
         _ => Some(1.0),
     };
-    let mut robot = Robot {
-        length,
-        material,
-        factor,
-    };
+    let mut robot = Robot { length, material, factor };
     let tubes = read_tubes(&root, &mut robot, out);
     check_nesting(&tubes, out);
     let files = tubes.iter().map(|tube| tube.file.clone()).collect();
-    let designs = tubes
-        .into_iter()
-        .map(|tube| tube.design)
-        .collect::<Option<Vec<_>>>()?;
+    let designs = tubes.into_iter().map(|tube| tube.design).collect::<Option<Vec<_>>>()?;
     (!designs.is_empty()).then_some(())?;
     Some(RobotFile {
-        design: RobotDesign {
-            name: name?,
-            length: length?,
-            tubes: designs,
-        },
+        design: RobotDesign { name: name?, length: length?, tubes: designs },
         tubes: files,
         centroid_offset_factor: factor?,
     })
@@ -228,24 +206,11 @@ fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> 
                 "the header stands in single brackets",
                 "Write [[tube]].",
             );
-            let cursor = Cursor::new(
-                table,
-                entry.key_span,
-                "tube 1, ".to_owned(),
-                &TUBE_KEYS,
-                out,
-            );
+            let cursor = Cursor::new(table, entry.key_span, "tube 1, ".to_owned(), &TUBE_KEYS, out);
             return vec![read_tube(&cursor, 1, robot, out)];
         }
         _ => {
-            entry.wrong(
-                format!(
-                    "this must be [[tube]] tables, and it is {}",
-                    kind(entry.value)
-                ),
-                help,
-                out,
-            );
+            entry.wrong(format!("this must be [[tube]] tables, and it is {}", kind(entry.value)), help, out);
             return Vec::new();
         }
     };
@@ -258,19 +223,10 @@ fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> 
     for (index, item) in items.iter().enumerate() {
         let number = index + 1;
         let tube = if let DeValue::Table(table) = item.get_ref() {
-            let cursor = Cursor::new(
-                table,
-                item.span(),
-                format!("tube {number}, "),
-                &TUBE_KEYS,
-                out,
-            );
+            let cursor = Cursor::new(table, item.span(), format!("tube {number}, "), &TUBE_KEYS, out);
             read_tube(&cursor, number, robot, out)
         } else {
-            let message = format!(
-                "this must be a [[tube]] table, and it is {}",
-                kind(item.get_ref())
-            );
+            let message = format!("this must be a [[tube]] table, and it is {}", kind(item.get_ref()));
             out.wrong(item.span(), format!("tube {number}"), message, help);
             Tube::default()
         };

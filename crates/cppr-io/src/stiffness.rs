@@ -39,8 +39,7 @@ pub(crate) fn read_stiffness(
         read(&cursor.get(key)?, quantity, false, length, out)?.plain(out)
     };
     let axial = optional("axial_N", &AXIAL);
-    let mass_per_length =
-        optional("mass_per_length_g_m", &MASS).unwrap_or_else(|| Profile::constant(0.0));
+    let mass_per_length = optional("mass_per_length_g_m", &MASS).unwrap_or_else(|| Profile::constant(0.0));
     let direction = Direction::read(&cursor, tube, false, length, out).build(&[], out);
     Some(StiffnessTube {
         centroid_offset: centroid_offset?,

@@ -6,10 +6,7 @@ use toml::de::Error;
 
 /// Reports what the TOML parser found, without what merely follows from it.
 pub(crate) fn report_syntax(text: &str, errors: &[Error], out: &mut Collector) {
-    let mut errors: Vec<_> = errors
-        .iter()
-        .map(|error| (error.span().unwrap_or_default(), error))
-        .collect();
+    let mut errors: Vec<_> = errors.iter().map(|error| (error.span().unwrap_or_default(), error)).collect();
     errors.sort_by_key(|(span, _)| span.start);
     let headers = header_lines(text);
     // The header of the table that comes twice: its keys come twice as well, which is no news.
@@ -29,23 +26,13 @@ pub(crate) fn report_syntax(text: &str, errors: &[Error], out: &mut Collector) {
             let help = "Keep one of the two; every further tube begins with [[tube]].";
             ("this table is there already".to_owned(), help)
         } else if duplicate {
-            (
-                "this key is there already".to_owned(),
-                "Keep one of the two.",
-            )
+            ("this key is there already".to_owned(), "Keep one of the two.")
         } else if error.message().contains("must be quoted") {
-            let help =
-                "Write texts in double quotes, and numbers with a point and without their unit.";
-            (
-                "this is neither a number nor a text in quotes".to_owned(),
-                help,
-            )
+            let help = "Write texts in double quotes, and numbers with a point and without their unit.";
+            ("this is neither a number nor a text in quotes".to_owned(), help)
         } else {
             let message = error.message().trim_end_matches('.').replace('\n', ", ");
-            (
-                message,
-                "Write key = value, one per line, and headers in brackets.",
-            )
+            (message, "Write key = value, one per line, and headers in brackets.")
         };
         out.syntax(span, message, help.to_owned());
     }

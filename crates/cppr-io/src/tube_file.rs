@@ -20,13 +20,7 @@ pub(crate) const KEYS: [&str; 7] = [
     "stiffness",
 ];
 /// Keys that describe a geometry.
-const GEOMETRY: [&str; 5] = [
-    "outer_radius_mm",
-    "inner_radius_mm",
-    "shape",
-    "notches",
-    "material",
-];
+const GEOMETRY: [&str; 5] = ["outer_radius_mm", "inner_radius_mm", "shape", "notches", "material"];
 /// Most slender robot: length over outer radius.
 const SLENDER: f64 = 1e4;
 
@@ -58,7 +52,8 @@ pub(crate) fn read_tube(
     let geometry = GEOMETRY.into_iter().find(|key| cursor.has(key));
     match (geometry, cursor.has("stiffness")) {
         (None, false) => {
-            let help = "Write outer_radius_mm, inner_radius_mm and [tube.notches], or a [tube.stiffness] table.";
+            let help =
+                "Write outer_radius_mm, inner_radius_mm and [tube.notches], or a [tube.stiffness] table.";
             out.missing(
                 cursor.span(),
                 cursor.path("outer_radius_mm"),
@@ -68,20 +63,15 @@ pub(crate) fn read_tube(
             Tube::default()
         }
         (None, true) => Tube {
-            design: read_stiffness(cursor, number, robot.length, factor, out)
-                .map(TubeDesign::Stiffness),
-            file: TubeFile {
-                centroid_offset_factor: factor.unwrap_or(1.0),
-                ..TubeFile::default()
-            },
+            design: read_stiffness(cursor, number, robot.length, factor, out).map(TubeDesign::Stiffness),
+            file: TubeFile { centroid_offset_factor: factor.unwrap_or(1.0), ..TubeFile::default() },
             outline: None,
         },
         (Some(_), false) => read_geometry(cursor, number, robot, factor, out),
         (Some(key), true) => {
             if let Some(entry) = cursor.get("stiffness") {
-                let message = format!(
-                    "a geometry is given too ({key}), and either of them fixes the stiffness"
-                );
+                let message =
+                    format!("a geometry is given too ({key}), and either of them fixes the stiffness");
                 let help = "Keep the geometry (radii, shape, material, notches) or the stiffness.";
                 out.wrong(entry.key_span, entry.key, message, help);
             }
@@ -108,44 +98,31 @@ fn read_geometry(
     } else {
         Some(uncut(number))
     };
-    let mut file = TubeFile {
-        centroid_offset_factor: factor.unwrap_or(1.0),
-        ..TubeFile::default()
-    };
+    let mut file = TubeFile { centroid_offset_factor: factor.unwrap_or(1.0), ..TubeFile::default() };
     if let Some((outline, _)) = &outline {
         let (outer, inner) = radii(outline);
         (file.outer_radius, file.inner_radius) = (Some(outer), Some(inner));
     }
     file.notches = notches.as_ref().and_then(|notches| notches.pattern);
     let design = notches.zip(outline.clone()).zip(material).zip(factor);
-    let design = design.map(
-        |(((notches, (outline, _)), material), centroid_offset_factor)| {
-            TubeDesign::Notched(NotchedTube {
-                outline,
-                depth: notches.depth,
-                direction: notches.direction,
-                material,
-                torsion: notches.torsion,
-                below: notches.below,
-                centroid_offset_factor,
-            })
-        },
-    );
-    Tube {
-        design,
-        file,
-        outline,
-    }
+    let design = design.map(|(((notches, (outline, _)), material), centroid_offset_factor)| {
+        TubeDesign::Notched(NotchedTube {
+            outline,
+            depth: notches.depth,
+            direction: notches.direction,
+            material,
+            torsion: notches.torsion,
+            below: notches.below,
+            centroid_offset_factor,
+        })
+    });
+    Tube { design, file, outline }
 }
 
 /// A tube without notches. Its centroid lies on the axis; a follower's axes are turned as if it were
 /// opposed to the leader, so that nothing is twisted at rest.
 fn uncut(number: usize) -> Notches {
-    let direction = if number == 1 {
-        0.0
-    } else {
-        std::f64::consts::PI
-    };
+    let direction = if number == 1 { 0.0 } else { std::f64::consts::PI };
     Notches {
         depth: Profile::constant(0.0),
         direction: Profile::constant(direction),
@@ -157,15 +134,8 @@ fn uncut(number: usize) -> Notches {
 
 fn radii(outline: &Outline) -> (f64, f64) {
     match *outline {
-        Outline::Round {
-            outer_radius,
-            inner_radius,
-        } => (outer_radius, inner_radius),
-        Outline::Polygon {
-            outer_apothem,
-            inner_apothem,
-            ..
-        } => (outer_apothem, inner_apothem),
+        Outline::Round { outer_radius, inner_radius } => (outer_radius, inner_radius),
+        Outline::Polygon { outer_apothem, inner_apothem, .. } => (outer_apothem, inner_apothem),
     }
 }
 
@@ -178,29 +148,20 @@ fn read_outline(
     let inner_radius = cursor.number("inner_radius_mm", &BORE, out);
     let sides = match cursor.get("shape") {
         None => Some(None),
-        Some(entry) => entry
-            .word(&["round", "square", "hexagon"], out)
-            .map(|word| match word {
-                "square" => Some(4),
-                "hexagon" => Some(6),
-                _ => None,
-            }),
+        Some(entry) => entry.word(&["round", "square", "hexagon"], out).map(|word| match word {
+            "square" => Some(4),
+            "hexagon" => Some(6),
+            _ => None,
+        }),
     };
     let (outer, inner) = (outer_radius?, inner_radius?);
     let outer_entry = cursor.get("outer_radius_mm")?;
     let span = outer_entry.span.clone();
     if inner >= outer {
         let entry = cursor.get("inner_radius_mm")?;
-        let message = format!(
-            "{} leaves no wall in a tube of outer radius {}",
-            print_mm(inner),
-            print_mm(outer)
-        );
-        entry.wrong(
-            message,
-            format!("Write a radius below {}.", print(outer * 1e3)),
-            out,
-        );
+        let message =
+            format!("{} leaves no wall in a tube of outer radius {}", print_mm(inner), print_mm(outer));
+        entry.wrong(message, format!("Write a radius below {}.", print(outer * 1e3)), out);
         return None;
     }
     if let Some(length) = length {
@@ -211,11 +172,7 @@ fn read_outline(
                 print_mm(outer),
                 print_mm(length)
             );
-            outer_entry.wrong(
-                message,
-                format!("Write both in millimetres; the file has {size}."),
-                out,
-            );
+            outer_entry.wrong(message, format!("Write both in millimetres; the file has {size}."), out);
             return None;
         }
         if outer * SLENDER < length {
@@ -224,24 +181,13 @@ fn read_outline(
                 print_mm(outer),
                 print_mm(length)
             );
-            outer_entry.wrong(
-                message,
-                format!("Write both in millimetres; the file has {size}."),
-                out,
-            );
+            outer_entry.wrong(message, format!("Write both in millimetres; the file has {size}."), out);
             return None;
         }
     }
     let outline = match sides? {
-        None => Outline::Round {
-            outer_radius: outer,
-            inner_radius: inner,
-        },
-        Some(sides) => Outline::Polygon {
-            sides,
-            outer_apothem: outer,
-            inner_apothem: inner,
-        },
+        None => Outline::Round { outer_radius: outer, inner_radius: inner },
+        Some(sides) => Outline::Polygon { sides, outer_apothem: outer, inner_apothem: inner },
     };
     Some((outline, span))
 }
@@ -254,8 +200,7 @@ pub(crate) fn check_nesting(tubes: &[Tube], out: &mut Collector) {
         let Some((outline, span)) = &tube.outline else {
             continue;
         };
-        if let Some((outer, bore)) = around.map(|(number, outer)| (number, outer.inner_clearance()))
-        {
+        if let Some((outer, bore)) = around.map(|(number, outer)| (number, outer.inner_clearance())) {
             let reach = outline.outer_reach();
             if reach > bore {
                 let message = format!(
@@ -269,12 +214,7 @@ pub(crate) fn check_nesting(tubes: &[Tube], out: &mut Collector) {
                 } else {
                     format!("Give tube {outer} a bore to slide in.")
                 };
-                out.wrong(
-                    span.clone(),
-                    format!("tube {}, outer_radius_mm", index + 1),
-                    message,
-                    help,
-                );
+                out.wrong(span.clone(), format!("tube {}, outer_radius_mm", index + 1), message, help);
             }
         }
         around = Some((index + 1, outline));

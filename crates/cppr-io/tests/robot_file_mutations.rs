@@ -1,10 +1,5 @@
 //! Damaged robot files are refused or read, and never make the reader panic.
-#![allow(
-    clippy::panic,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test fails by panicking"
-)]
+#![allow(clippy::panic, clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use cppr_io::robot_file;
 
@@ -62,10 +57,7 @@ struct Dice(u64);
 
 impl Dice {
     fn below(&mut self, limit: usize) -> usize {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         // The high bits are the random ones; 31 of them fit into any usize.
         usize::try_from(self.0 >> 33).map_or(0, |number| number % limit.max(1))
     }
@@ -90,10 +82,7 @@ fn mutate(bytes: &mut Vec<u8>, dice: &mut Dice) {
         4 | 5 => {
             let signs: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i] == b'=').collect();
             if let Some(&sign) = signs.get(dice.below(signs.len())) {
-                let stop = bytes[sign..]
-                    .iter()
-                    .position(|&b| b == b'\n')
-                    .map_or(bytes.len(), |n| sign + n);
+                let stop = bytes[sign..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |n| sign + n);
                 let token = TOKENS[dice.below(TOKENS.len())].bytes();
                 bytes.splice(sign + 1..stop, token);
             }
@@ -129,20 +118,12 @@ fn mutated_robots_never_panic() {
                 assert!(!problems.list.is_empty());
                 assert!(!problems.to_string().is_empty());
                 for problem in &problems.list {
-                    assert!(
-                        problem
-                            .excerpt
-                            .as_ref()
-                            .is_none_or(|e| e.length >= 1 && e.length <= 101)
-                    );
+                    assert!(problem.excerpt.as_ref().is_none_or(|e| e.length >= 1 && e.length <= 101));
                 }
                 wrong += 1;
             }
         }
     }
     // A mutator that only made rubbish, or none, would test nothing.
-    assert!(
-        sound > MUTATIONS / 50 && wrong > MUTATIONS / 4,
-        "{sound} sound, {wrong} wrong"
-    );
+    assert!(sound > MUTATIONS / 50 && wrong > MUTATIONS / 4, "{sound} sound, {wrong} wrong");
 }

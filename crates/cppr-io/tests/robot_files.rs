@@ -1,10 +1,5 @@
 //! The robots that are shipped, and everything that a robot file can say.
-#![allow(
-    clippy::panic,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a test fails by panicking"
-)]
+#![allow(clippy::panic, clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use cppr::design::{
     BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, Torsion, TubeDesign,
@@ -13,16 +8,10 @@ use cppr_io::{NotchPattern, RobotFile, robot_file};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-const PLA: Material = Material {
-    youngs_modulus: 5.39e9,
-    poissons_ratio: 0.35,
-    density: 1240.0,
-};
+const PLA: Material = Material { youngs_modulus: 5.39e9, poissons_ratio: 0.35, density: 1240.0 };
 
 fn shipped(name: &str) -> RobotFile {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../robots")
-        .join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);
     robot_file::read(path).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
@@ -33,10 +22,7 @@ fn parsed(text: &str) -> RobotFile {
 /// A planar tube of the prototypes; lengths in mm.
 fn planar(outer: f64, inner: f64, depth: Profile, direction: f64, factor: f64) -> TubeDesign {
     TubeDesign::Notched(NotchedTube {
-        outline: Outline::Round {
-            outer_radius: outer / 1e3,
-            inner_radius: inner / 1e3,
-        },
+        outline: Outline::Round { outer_radius: outer / 1e3, inner_radius: inner / 1e3 },
         depth,
         direction: Profile::constant(direction),
         material: PLA,
@@ -55,25 +41,12 @@ fn check_planar(file: &str, name: &str, factor: f64, radii: [f64; 4], depths: [P
     let [ro1, ri1, ro2, ri2] = radii;
     assert_eq!(
         robot.design.tubes,
-        [
-            planar(ro1, ri1, first, 0.0, factor),
-            planar(ro2, ri2, second, PI, factor)
-        ],
+        [planar(ro1, ri1, first, 0.0, factor), planar(ro2, ri2, second, PI, factor)],
         "{file}"
     );
     for (tube, (outer, inner)) in robot.tubes.iter().zip([(ro1, ri1), (ro2, ri2)]) {
-        assert_eq!(
-            (tube.outer_radius, tube.inner_radius),
-            (Some(outer / 1e3), Some(inner / 1e3))
-        );
-        assert_eq!(
-            tube.notches,
-            Some(NotchPattern {
-                length: 0.005,
-                tooth: 0.005,
-                count: 15
-            })
-        );
+        assert_eq!((tube.outer_radius, tube.inner_radius), (Some(outer / 1e3), Some(inner / 1e3)));
+        assert_eq!(tube.notches, Some(NotchPattern { length: 0.005, tooth: 0.005, count: 15 }));
     }
 }
 
@@ -81,34 +54,10 @@ fn check_planar(file: &str, name: &str, factor: f64, radii: [f64; 4], depths: [P
 fn the_prototypes_of_table_1() {
     let constant = |mm: f64| Profile::constant(mm / 1e3);
     let linear = |base: f64, tip: f64| Profile::linear(base / 1e3, tip / 1e3);
-    check_planar(
-        "r1.toml",
-        "R1",
-        1.27,
-        [3.0, 2.0, 1.5, 0.5],
-        [constant(5.0), constant(2.0)],
-    );
-    check_planar(
-        "r2.toml",
-        "R2",
-        1.27,
-        [5.5, 4.5, 4.0, 3.0],
-        [constant(10.0), constant(7.0)],
-    );
-    check_planar(
-        "r3.toml",
-        "R3",
-        1.32,
-        [4.5, 3.7, 3.2, 2.4],
-        [linear(8.2, 7.2), linear(5.6, 4.95)],
-    );
-    check_planar(
-        "r4.toml",
-        "R4",
-        1.06,
-        [4.5, 3.7, 3.2, 2.4],
-        [linear(7.2, 8.2), linear(4.95, 5.6)],
-    );
+    check_planar("r1.toml", "R1", 1.27, [3.0, 2.0, 1.5, 0.5], [constant(5.0), constant(2.0)]);
+    check_planar("r2.toml", "R2", 1.27, [5.5, 4.5, 4.0, 3.0], [constant(10.0), constant(7.0)]);
+    check_planar("r3.toml", "R3", 1.32, [4.5, 3.7, 3.2, 2.4], [linear(8.2, 7.2), linear(5.6, 4.95)]);
+    check_planar("r4.toml", "R4", 1.06, [4.5, 3.7, 3.2, 2.4], [linear(7.2, 8.2), linear(4.95, 5.6)]);
 }
 
 #[test]
@@ -116,11 +65,7 @@ fn every_shipped_robot_can_be_built() {
     for name in ["r1", "r2", "r3", "r4", "childs2", "childs3", "helicoid"] {
         let design = shipped(&format!("{name}.toml")).design;
         let robot = Robot::new(design).unwrap_or_else(|problems| panic!("{name}: {problems:?}"));
-        assert_eq!(
-            robot.is_planar(),
-            !["childs3", "helicoid"].contains(&name),
-            "{name}"
-        );
+        assert_eq!(robot.is_planar(), !["childs3", "helicoid"].contains(&name), "{name}");
     }
 }
 
@@ -141,10 +86,7 @@ fn given(tube: &TubeDesign, offset: f64, [ei_y, ei_z, gj]: [f64; 3], direction: 
     };
     let close = |profile: &Profile, value: f64| {
         let [found, slope, _] = profile.eval(0.01, 0.03);
-        assert!(
-            (found - value).abs() <= 1e-12 * value.abs() && slope.abs() < 1e-15,
-            "{found} {value}"
-        );
+        assert!((found - value).abs() <= 1e-12 * value.abs() && slope.abs() < 1e-15, "{found} {value}");
     };
     close(centroid_offset, offset / 1e3);
     close(bending_y, ei_y * 1e-4);
@@ -160,17 +102,13 @@ fn given(tube: &TubeDesign, offset: f64, [ei_y, ei_z, gj]: [f64; 3], direction: 
 fn the_robots_of_childs_and_rucker() {
     let two = shipped("childs2.toml");
     assert_eq!(two.design.length.to_bits(), 0.033_f64.to_bits());
-    let [leader, follower] = two.design.tubes.as_slice() else {
-        panic!("two tubes")
-    };
+    let [leader, follower] = two.design.tubes.as_slice() else { panic!("two tubes") };
     given(leader, 1.09, [17.83, 1.25, 1.08], 0.0);
     given(follower, 0.94, [20.7, 1.85, 1.71], 180.0);
 
     let three = shipped("childs3.toml");
     assert_eq!(three.design.length.to_bits(), 0.03_f64.to_bits());
-    let [leader, second, third] = three.design.tubes.as_slice() else {
-        panic!("three tubes")
-    };
+    let [leader, second, third] = three.design.tubes.as_slice() else { panic!("three tubes") };
     given(leader, 1.12, [1.96, 1.78, 2.73], 0.0);
     given(second, 0.983, [1.81, 1.78, 2.78], 120.0);
     given(third, 0.764, [1.83, 1.89, 2.91], -120.0);
@@ -181,9 +119,7 @@ fn the_robots_of_childs_and_rucker() {
 fn the_helicoid() {
     let robot = shipped("helicoid.toml");
     for (tube, phi) in robot.design.tubes.iter().zip([0.0, PI]) {
-        let TubeDesign::Notched(tube) = tube else {
-            panic!("a notched tube")
-        };
+        let TubeDesign::Notched(tube) = tube else { panic!("a notched tube") };
         assert_eq!(tube.direction, Profile::linear(phi, phi + 2.0 * PI));
         assert_eq!(tube.below, BelowPlate::Continued);
         assert_eq!(tube.torsion, Torsion::Polar);
@@ -197,9 +133,7 @@ const HEAD: &str = "name = \"T\"\nlength_mm = 40\n[material]\nyoungs_modulus_GPa
 
 /// A robot of one tube whose notches are given.
 fn leader(notches: &str) -> NotchedTube {
-    let text = format!(
-        "{HEAD}[[tube]]\nouter_radius_mm = 3\ninner_radius_mm = 2\n[tube.notches]\n{notches}"
-    );
+    let text = format!("{HEAD}[[tube]]\nouter_radius_mm = 3\ninner_radius_mm = 2\n[tube.notches]\n{notches}");
     match parsed(&text).design.tubes.remove(0) {
         TubeDesign::Notched(tube) => tube,
         TubeDesign::Stiffness(_) => panic!("a notched tube"),
@@ -244,60 +178,23 @@ fn shapes_materials_and_factors_of_single_tubes() {
          [[tube]]\nshape = \"hexagon\"\nouter_radius_mm = 2.5\ninner_radius_mm = 0\n\
          [tube.material]\nshear_modulus_GPa = 0.5\ndensity_kg_m3 = 8000\n"
     ));
-    let [TubeDesign::Notched(first), TubeDesign::Notched(second)] = robot.design.tubes.as_slice()
-    else {
+    let [TubeDesign::Notched(first), TubeDesign::Notched(second)] = robot.design.tubes.as_slice() else {
         panic!("two tubes with geometry")
     };
-    assert_eq!(
-        first.outline,
-        Outline::Polygon {
-            sides: 4,
-            outer_apothem: 0.004,
-            inner_apothem: 0.003
-        }
-    );
-    assert_eq!(
-        second.outline,
-        Outline::Polygon {
-            sides: 6,
-            outer_apothem: 0.0025,
-            inner_apothem: 0.0
-        }
-    );
-    assert_eq!(
-        first.material,
-        Material {
-            youngs_modulus: 1e9,
-            poissons_ratio: 0.3,
-            density: 0.0
-        }
-    );
-    assert_eq!(
-        second.material,
-        Material {
-            youngs_modulus: 1e9,
-            poissons_ratio: 0.0,
-            density: 8000.0
-        }
-    );
+    assert_eq!(first.outline, Outline::Polygon { sides: 4, outer_apothem: 0.004, inner_apothem: 0.003 });
+    assert_eq!(second.outline, Outline::Polygon { sides: 6, outer_apothem: 0.0025, inner_apothem: 0.0 });
+    assert_eq!(first.material, Material { youngs_modulus: 1e9, poissons_ratio: 0.3, density: 0.0 });
+    assert_eq!(second.material, Material { youngs_modulus: 1e9, poissons_ratio: 0.0, density: 8000.0 });
     assert_eq!(first.centroid_offset_factor.to_bits(), 1.1_f64.to_bits());
     assert_eq!(second.centroid_offset_factor.to_bits(), 1.2_f64.to_bits());
-    assert_eq!(
-        (&first.depth, &first.direction),
-        (&Profile::constant(0.0), &Profile::constant(0.0))
-    );
+    assert_eq!((&first.depth, &first.direction), (&Profile::constant(0.0), &Profile::constant(0.0)));
 }
 
 #[test]
 fn the_openings_of_a_full_turn_become_one_direction() {
-    for (opening, phi) in [
-        (180.0, 0.0),
-        (0.0, PI),
-        (360.0, PI),
-        (-180.0, 0.0),
-        (900.0, 0.0),
-        (90.0, -PI / 2.0),
-    ] {
+    for (opening, phi) in
+        [(180.0, 0.0), (0.0, PI), (360.0, PI), (-180.0, 0.0), (900.0, 0.0), (90.0, -PI / 2.0)]
+    {
         let tube = leader(&format!("depth_mm = 1\nopening_deg = {opening:?}\n"));
         let found = tube.direction.eval(0.0, 0.04)[0];
         assert!((found - phi).abs() < 1e-15, "{opening}: {found}");
@@ -311,9 +208,7 @@ fn optional_fields_of_a_stiffness() {
          bending_y_Nmm2 = 300\nbending_z_Nmm2 = { x_mm = [0, 40], bending_z_Nmm2 = [100, 50] }\n\
          torsion_Nmm2 = 100\naxial_N = 5e4\nmass_per_length_g_m = 3.5\nopening_deg = 90\ntwist_deg = -90\n",
     );
-    let Some(TubeDesign::Stiffness(tube)) = robot.design.tubes.first() else {
-        panic!("a stiffness")
-    };
+    let Some(TubeDesign::Stiffness(tube)) = robot.design.tubes.first() else { panic!("a stiffness") };
     assert_eq!(tube.centroid_offset, Profile::linear(0.001, 0.002));
     assert_eq!(tube.axial, Some(Profile::constant(5e4)));
     assert_eq!(tube.mass_per_length, Profile::constant(0.0035));

@@ -1,5 +1,7 @@
 //! Equilibria of two and three tubes in space against an independent energy-minimising program.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 mod common;
 
 use common::{HELIX, bundle, reference, vector};

@@ -1,5 +1,7 @@
 //! Two tubes in the plane: closed forms of uniform robots, brute-force contact of tapered ones.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 mod common;
 
 use common::{prototype, reference, robot, stiff_tube};

@@ -1,5 +1,7 @@
 //! A single rod (N = 1) against closed forms and tables.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 mod common;
 
 use common::{reference, robot, stiff_tube, vector};

@@ -236,6 +236,7 @@ impl<'a> Recovery<'a> {
         self.beyond[e] + spread
     }
 
+    #[allow(clippy::too_many_lines)]
     fn section(&self, label: f64) -> Section {
         let (layout, coordinates) = (self.layout, self.coordinates);
         let state = &self.workspace.state;

@@ -11,5 +11,5 @@ pub mod tube;
 pub use fields::FieldValues;
 pub use profile::{Profile, ProfileError};
 pub use robot::{DesignProblem, Robot, RobotDesign};
-pub use section::{Outline, SectionError, SectionProperties};
+pub use section::{Inertia, Outline, SectionError, SectionProperties};
 pub use tube::{BelowPlate, Material, NotchedTube, StiffnessTube, Torsion, TubeDesign};

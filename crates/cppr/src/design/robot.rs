@@ -8,6 +8,8 @@ use std::fmt;
 const TABLE_CELLS: u16 = 256;
 /// Depths at which the torsion constant is solved for, between the least and the greatest depth.
 const TORSION_SAMPLES: u8 = 16;
+/// Part of the wall on both sides of the depth at which the ring opens that is not interpolated.
+const NEAR_OPENING: f64 = 0.1;
 
 /// A robot as designed: plain data, unchecked. [`Robot::new`] checks it.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,7 +185,14 @@ fn outline(tube: &TubeDesign) -> Option<&Outline> {
 fn check_nesting(tubes: &[TubeDesign], problems: &mut Vec<DesignProblem>) {
     for (index, pair) in tubes.windows(2).enumerate() {
         if let (Some(outer), Some(inner)) = (outline(&pair[0]), outline(&pair[1])) {
-            let (reach, bore) = (inner.outer_reach(), outer.inner_clearance());
+            let (reach, bore) = match (inner, outer) {
+                // Alike polygons slide flat on flat.
+                (
+                    Outline::Polygon { sides, outer_apothem, .. },
+                    Outline::Polygon { sides: around, inner_apothem, .. },
+                ) if sides == around => (*outer_apothem, *inner_apothem),
+                _ => (inner.outer_reach(), outer.inner_clearance()),
+            };
             if reach > bore {
                 problems.push(DesignProblem::TooWide { tube: index + 2, reach, bore });
             }
@@ -286,31 +295,59 @@ impl Material {
 }
 
 /// Saint-Venant constants at the given depths. Each costs the solution of a boundary-value problem, so
-/// within one regime they are interpolated between Chebyshev points of the depth.
+/// they are interpolated between Chebyshev points of the depth on ranges where the constant is smooth: it has kinks where the
+/// notch passes the bore, and falls like a square root just before the ring opens, where every depth is solved for.
 fn torsion_constants(tube: &NotchedTube, depths: &[f64]) -> Result<Vec<f64>, SectionError> {
     if tube.torsion != Torsion::SaintVenant {
         return Ok(vec![0.0; depths.len()]);
     }
     let solve = |depth: f64| tube.outline.notched(depth).map(|s| s.torsion_constant);
-    let (least, greatest) =
-        depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &d| (a.min(d), b.max(d)));
-    if greatest - least <= 1e-12 * greatest.abs() {
-        return Ok(vec![solve(greatest)?; depths.len()]);
+    let (opening, passing) = (tube.outline.opening_depth(), tube.outline.passing_depth());
+    let near = NEAR_OPENING * opening;
+    let range =
+        |depth: f64| [0.0, opening - near, opening + near, passing].iter().filter(|&&b| depth > b).count();
+    let mut constants = vec![0.0; depths.len()];
+    for part in 0..=4 {
+        let own: Vec<usize> = (0..depths.len()).filter(|&i| range(depths[i]) == part).collect();
+        let bounds = |f: fn(f64, f64) -> f64, start: f64| own.iter().map(|&i| depths[i]).fold(start, f);
+        let (least, greatest) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
+        if part == 2 || own.len() <= usize::from(TORSION_SAMPLES) {
+            let mut last = (f64::NAN, 0.0);
+            for i in own {
+                if (depths[i] - last.0).abs() > 0.0 || last.0.is_nan() {
+                    last = (depths[i], solve(depths[i])?);
+                }
+                constants[i] = last.1;
+            }
+        } else if greatest - least <= 1e-12 * greatest.abs() {
+            let value = solve(greatest)?;
+            for i in own {
+                constants[i] = value;
+            }
+        } else {
+            let nodes = chebyshev(least, greatest, &solve)?;
+            for i in own {
+                constants[i] = barycentric(&nodes, depths[i]);
+            }
+        }
     }
-    // The ring opens where the notch reaches the bore: there the constant jumps.
-    let opening = tube.outline.opening_depth();
-    if least <= opening && opening <= greatest {
-        return depths.iter().map(|&d| solve(d)).collect();
-    }
+    Ok(constants)
+}
+
+/// Samples at Chebyshev points of the second kind.
+fn chebyshev(
+    least: f64,
+    greatest: f64,
+    solve: &impl Fn(f64) -> Result<f64, SectionError>,
+) -> Result<Vec<(f64, f64)>, SectionError> {
     let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
-    let nodes: Vec<(f64, f64)> = (0..=TORSION_SAMPLES)
+    (0..=TORSION_SAMPLES)
         .map(|i| {
             let angle = std::f64::consts::PI * f64::from(i) / f64::from(TORSION_SAMPLES);
             let depth = (middle + half * angle.cos()).clamp(least, greatest);
             solve(depth).map(|value| (depth, value))
         })
-        .collect::<Result<_, _>>()?;
-    Ok(depths.iter().map(|&d| barycentric(&nodes, d)).collect())
+        .collect()
 }
 
 /// Value at `at` of the polynomial through Chebyshev points of the second kind.

@@ -220,10 +220,21 @@ impl Outline {
     }
 
     /// Depth at which the notch reaches the bore and the ring opens (m).
+    ///
+    /// There the torsion constant of a round tube falls as the square root of the wall left, to that of the
+    /// open ring; that of a polygon, whose wall has a flat bottom, falls linearly.
     #[must_use]
     pub fn opening_depth(&self) -> f64 {
         let (outer, inner) = self.contours();
         outer.inradius - inner.inradius
+    }
+
+    /// Depth from which on nothing of the bore is left (m). There all properties have a continuous slope, that
+    /// of a polygon with a flat on top apart, but no continuous curvature.
+    #[must_use]
+    pub fn passing_depth(&self) -> f64 {
+        let (outer, inner) = self.contours();
+        outer.inradius + inner.top()
     }
 
     /// Depth at which nothing is left (m).

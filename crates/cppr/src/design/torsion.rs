@@ -14,30 +14,30 @@
 
 use super::section::{Contour, Outline, above, real};
 use gauss_quad::GaussLegendre;
-use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
 
-/// Degrees along and across the strip where the lines are smooth. Doubling them moves J_t by less than 1e-4 for
-/// ρ/ρ̄ from 0.02 to 0.99 at any depth, except within 2e-4 for a bore of 0.02 ρ̄ that the notch just reaches.
+/// Degrees along and across the strip of a round section. Doubling them moves J_t by less than 1e-4 for ρ/ρ̄ from
+/// 0 to 0.99 at any depth, except for 1.4e-4 where the notch just reaches a bore of 0.02 ρ̄.
 const ROUND_DEGREES: [usize; 2] = [10, 10];
-/// Degrees for polygons with a bore. Its corners are reentrant, ∇ϕ grows there as d^(λ − 1), λ = n/(n + 2), with
-/// the distance d; with the short elements beside them doubling the degrees moves J_t by less than 1e-3 for a
-/// triangle, 4e-4 for a square, 2e-4 for a hexagon, and less for more sides.
+/// Degrees for polygons of few columns. At the corners of a bore ∇ϕ grows as d^(λ − 1), λ = n/(n + 2), with the
+/// distance d from the corner. With the short elements there, doubling the degrees moves J_t by less than 1e-3
+/// for a triangular bore, 4e-4 for a square one, 2e-4 for more sides, and 6e-5 without a bore.
 const POLYGON_DEGREES: [usize; 2] = [6, 6];
-/// Elements across the strip at such corners end at these η.
+/// Elements across a polygonal ring end at these η: short ones at the bore.
 const POLYGON_LAYERS: [f64; 3] = [0.0, 0.15, 1.0];
-/// With more sides than this the corners are so blunt (λ > 0.85) that they need no elements of their own.
-const SHARP_SIDES: usize = 12;
-/// Degrees for polygons with many sides, every side being an element, up to [`MANY_SIDES`] and beyond.
+/// Most columns between blocks for which corners get elements of their own; a closed ring of 12 sides has as
+/// many. With more columns, corners are so blunt (λ > 0.86) that doubling the degrees still moves J_t by less
+/// than 1e-3 (ρ/ρ̄ = 0.98), and 3e-4 for ρ/ρ̄ ≤ 0.9.
+const SHARP_COLUMNS: usize = 9;
+/// Degrees for up to [`MANY_COLUMNS`] columns, and for more, where a side spans so little that 2 suffices.
 const BLUNT_DEGREES: [[usize; 2]; 2] = [[4, 8], [2, 8]];
-/// Above this number of sides an element spans less than 4°.
-const MANY_SIDES: usize = 96;
-/// Elements along a section without a bore, whose columns fan out from the middle of the cut.
+const MANY_COLUMNS: usize = 48;
+/// Elements along a round section without a bore, whose columns fan out from the middle of the cut.
 const FAN_ELEMENTS: usize = 2;
-/// Elements along the wall between a cut and a whole bore.
+/// Elements along the wall between a cut and a whole round bore.
 const BRIDGE_ELEMENTS: usize = 3;
-/// Gauss nodes beyond the degree. As many nodes as the degree integrate the products of gradients on a straight
-/// element but for the top degree; the others are for the curved ones.
+/// Gauss nodes beyond the degree: one more integrates all products of gradients on a parallelogram; the other
+/// two are for elements that are none.
 const EXTRA_NODES: usize = 3;
 /// Blocks shorter than this share of the outer radius are joined to the next one: moving a corner by that much
 /// changes J_t by as little, while the Ritz matrix of so short an element would cost nine digits.
@@ -195,22 +195,24 @@ fn polygon_strip(outer: &Contour, inner: &Contour, alpha: f64) -> Strip {
         let count = inside.len().max(outside.len());
         columns.extend((0..count).map(|k| [facing(&inside, k), facing(&outside, k)]));
     }
-    let sides = outer.sides.unwrap_or(usize::MAX);
-    let sharp = sides <= SHARP_SIDES && !solid;
-    let short = SHORT * outer.inradius;
+    let sharp = columns.len() <= SHARP_COLUMNS;
+    // In a fan the scale of the corners is its height, not the length of the columns.
     let apart = |a: Vector, b: Vector| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let height = outer.top() - alpha;
+    let wall = |column: [Vector; 2]| if solid { height } else { apart(column[0], column[1]) };
     let mut blocks = Vec::new();
     let mut start = columns[0];
     // The strip begins at a corner if the number of sides is odd.
-    let mut at_corner = sides % 2 == 1;
+    let mut at_corner = outer.sides.is_some_and(|n| n % 2 == 1);
     for (k, &end) in columns.iter().enumerate().skip(1) {
         let length = apart(start[0], end[0]).max(apart(start[1], end[1]));
-        if length <= short {
+        if length <= SHORT * outer.inradius {
             continue;
         }
-        let [first, last] = [start, end].map(|column| apart(column[0], column[1]));
-        let breaks = if sharp || (k == columns.len() - 1 && !solid) {
-            graded(length, first, last, sharp && at_corner)
+        let (first, last) = (wall(start), wall(end));
+        let tapered = first.max(last) > 2.0 * first.min(last);
+        let breaks = if sharp || tapered || k == columns.len() - 1 {
+            graded(length, first, last, at_corner)
         } else {
             vec![0.0, 1.0]
         };
@@ -221,11 +223,13 @@ fn polygon_strip(outer: &Contour, inner: &Contour, alpha: f64) -> Strip {
     }
     let half_hole =
         closed.then(|| 0.5 * inside.windows(2).map(|p| p[0][0] * p[1][1] - p[1][0] * p[0][1]).sum::<f64>());
-    let layers = if sharp { POLYGON_LAYERS.to_vec() } else { vec![0.0, 1.0] };
-    let degrees = match sides {
-        _ if sharp => POLYGON_DEGREES,
-        n if n <= SHARP_SIDES => ROUND_DEGREES,
-        n => BLUNT_DEGREES[usize::from(n > MANY_SIDES)],
+    let width = outside.iter().fold(0.0_f64, |widest, p| widest.max(p[1]));
+    let (layers, degrees) = if sharp && solid {
+        (vec![0.0, 1.0 - layer(height, width), 1.0], POLYGON_DEGREES)
+    } else if sharp {
+        (POLYGON_LAYERS.to_vec(), POLYGON_DEGREES)
+    } else {
+        (vec![0.0, 1.0], BLUNT_DEGREES[usize::from(columns.len() > MANY_COLUMNS)])
     };
     Strip { blocks, half_hole, layers, degrees }
 }
@@ -250,7 +254,7 @@ fn graded(length: f64, first: f64, last: f64, at_start: bool) -> Vec<f64> {
 }
 
 /// Shape functions on [0, 1] at the nodes of a quadrature rule: 1 − x, x, then integrated Legendre polynomials
-/// (P_k − P_{k−2}) / √(2 (2k − 1)), which vanish at both ends.
+/// (P_k − P_{k−2}) / √(2 (2k − 1)), which vanish at both ends; last, the constant 1.
 struct Shapes {
     nodes: Vec<(f64, f64)>,
     /// Value and derivative, by node and function.
@@ -278,7 +282,7 @@ fn shape_functions(degree: usize, x: f64) -> Vec<[f64; 2]> {
         let root = (2.0 * real(2 * k - 1)).sqrt();
         [(legendre[k] - legendre[k - 2]) / root, root * legendre[k - 1]]
     };
-    [[1.0 - x, -1.0], [x, 1.0]].into_iter().chain((2..=degree).map(bubble)).collect()
+    [[1.0 - x, -1.0], [x, 1.0]].into_iter().chain((2..=degree).map(bubble)).chain([[1.0, 0.0]]).collect()
 }
 
 /// Number of a shape function of an element among those of all elements in a row, ordered along the row.
@@ -296,28 +300,25 @@ impl Strip {
         let shapes = [Shapes::new(along), Shapes::new(across)];
         let elements: usize = self.blocks.iter().map(|b| b.breaks.len() - 1).sum();
         // Functions along the strip but for the one that does not vanish at the cut; those across it that
-        // vanish at both lines; last, the value c on the edge of the bore.
+        // vanish at both lines; last, the value c on the edge of the bore: c (1 − η) on the first layer.
         let rows = elements * along + usize::from(self.half_hole.is_some());
         let width = (self.layers.len() - 1) * across - 1;
         let size = rows * width + usize::from(self.half_hole.is_some());
         let mut system = Envelope::new(size);
-        let mut element = 0;
-        for block in &self.blocks {
-            for span in block.breaks.windows(2) {
-                for (index, layer) in self.layers.windows(2).enumerate() {
-                    let mut names = Vec::new();
-                    for i in 0..=along {
-                        for j in 0..=across {
-                            let (row, column) = (place(element, i, along), place(index, j, across));
-                            let kept = row < rows && (1..=width).contains(&column);
-                            names.push(kept.then(|| row * width + column - 1));
-                        }
+        let spans =
+            self.blocks.iter().flat_map(|block| block.breaks.windows(2).map(move |span| (block, span)));
+        for (element, (block, span)) in spans.enumerate() {
+            for (index, layer) in self.layers.windows(2).enumerate() {
+                let number = |i: usize, j: usize| {
+                    if i > along || j > across {
+                        let edge = i > along && j == 0 && index == 0 && self.half_hole.is_some();
+                        return edge.then(|| size - 1);
                     }
-                    let edge = (self.half_hole.is_some() && index == 0).then(|| size - 1);
-                    names.push(edge);
-                    integrate(block, [span[0], span[1]], [layer[0], layer[1]], &shapes, &names, &mut system)?;
-                }
-                element += 1;
+                    let (row, column) = (place(element, i, along), place(index, j, across));
+                    (row < rows && (1..=width).contains(&column)).then(|| row * width + column - 1)
+                };
+                let metric = metric(block, span, layer, &shapes)?;
+                integrate(&metric, &shapes, number, &mut system);
             }
         }
         if let Some(half_hole) = self.half_hole {
@@ -328,58 +329,93 @@ impl Strip {
     }
 }
 
-/// Adds ∫∇ϕ_m·∇ϕ_n dA and ∫2ϕ_n dA of one element. The last name is that of ϕ = c (1 − η) of the first layer.
-fn integrate(
+/// Weighted at every node of an element (across first): the coefficients of ϕ_s², ϕ_s ϕ_η and ϕ_η² in |∇ϕ|² dA,
+/// s and η being local, and dA. None where the columns cross.
+fn metric(
     block: &Block,
-    [u0, u1]: Vector,
-    [e0, e1]: Vector,
+    span: &[f64],
+    layer: &[f64],
     [along, across]: &[Shapes; 2],
-    names: &[Option<usize>],
-    system: &mut Envelope,
-) -> Option<()> {
-    let used: Vec<(usize, usize)> = names.iter().enumerate().filter_map(|(k, n)| n.map(|n| (k, n))).collect();
-    let functions = across.table[0].len();
-    let points = along.nodes.len() * across.nodes.len();
-    let mut gradients = DMatrix::zeros(2 * points, used.len());
-    let mut load = vec![0.0; used.len()];
-    let (du, de) = (u1 - u0, e1 - e0);
-    for (a, &(x, weight_x)) in along.nodes.iter().enumerate() {
-        let (low, low_s) = block.inner.at(u0 + du * x);
-        let (high, high_s) = block.outer.at(u0 + du * x);
-        let column = [high[0] - low[0], high[1] - low[1]];
-        for (b, &(y, weight_y)) in across.nodes.iter().enumerate() {
-            let eta = e0 + de * y;
-            let step = [0, 1].map(|k| (1.0 - eta) * low_s[k] + eta * high_s[k]);
+) -> Option<Vec<[f64; 4]>> {
+    let (du, de) = (span[1] - span[0], layer[1] - layer[0]);
+    let mut metric = Vec::with_capacity(along.nodes.len() * across.nodes.len());
+    for &(x, weight_x) in &along.nodes {
+        let (low, low_s) = block.inner.at(span[0] + du * x);
+        let (high, high_s) = block.outer.at(span[0] + du * x);
+        let column = [de * (high[0] - low[0]), de * (high[1] - low[1])];
+        for &(y, weight_y) in &across.nodes {
+            let eta = layer[0] + de * y;
+            let step = [0, 1].map(|k| du * ((1.0 - eta) * low_s[k] + eta * high_s[k]));
             let jacobian = column[0] * step[1] - column[1] * step[0];
             if jacobian.is_nan() || jacobian <= 0.0 {
                 return None;
             }
-            let area = jacobian * weight_x * weight_y * du * de;
-            let root = area.sqrt() / jacobian;
-            let point = 2 * (a * across.nodes.len() + b);
-            for (n, &(k, _)) in used.iter().enumerate() {
-                let (value, ds, dn) = match (along.table[a].get(k / functions), &across.table[b]) {
-                    (Some(s), e) => {
-                        let e = e[k % functions];
-                        (s[0] * e[0], s[1] * e[0] / du, s[0] * e[1] / de)
+            let (weight, dot) = (weight_x * weight_y, |a: Vector, b: Vector| a[0] * b[0] + a[1] * b[1]);
+            let scale = weight / jacobian;
+            metric.push([
+                scale * dot(column, column),
+                -scale * dot(column, step),
+                scale * dot(step, step),
+                weight * jacobian,
+            ]);
+        }
+    }
+    Some(metric)
+}
+
+/// Adds ∫∇ϕ_m·∇ϕ_n dA and ∫2ϕ_n dA of one element, for products ϕ_n of function i along and j across, to the
+/// rows and columns `number(i, j)`. Summed along the strip first, which leaves few products for each pair.
+fn integrate(
+    metric: &[[f64; 4]],
+    [along, across]: &[Shapes; 2],
+    number: impl Fn(usize, usize) -> Option<usize>,
+    system: &mut Envelope,
+) {
+    let (count, heights) = (along.table[0].len(), across.nodes.len());
+    let numbers: Vec<Vec<(usize, usize)>> = (0..count)
+        .map(|i| (0..across.table[0].len()).filter_map(|j| number(i, j).map(|n| (j, n))).collect())
+        .collect();
+    for i in (0..count).filter(|&i| !numbers[i].is_empty()) {
+        for b in 0..heights {
+            let strip = (0..along.nodes.len()).map(|a| along.table[a][i][0] * metric[a * heights + b][3]);
+            let load = 2.0 * strip.sum::<f64>();
+            for &(j, row) in &numbers[i] {
+                system.load[row] += load * across.table[b][j][0];
+            }
+        }
+        for k in (0..=i).filter(|&k| !numbers[k].is_empty()) {
+            let sums: Vec<[f64; 4]> = (0..heights)
+                .map(|b| {
+                    let mut sum = [0.0; 4];
+                    for (a, shapes) in along.table.iter().enumerate() {
+                        let ([v, dv], [w, dw], g) = (shapes[i], shapes[k], &metric[a * heights + b]);
+                        sum[0] += g[0] * dv * dw;
+                        sum[1] += g[1] * dv * w;
+                        sum[2] += g[1] * v * dw;
+                        sum[3] += g[2] * v * w;
                     }
-                    (None, e) => (e[0][0], 0.0, e[0][1] / de),
-                };
-                gradients[(point, n)] = root * (column[1] * ds - step[1] * dn);
-                gradients[(point + 1, n)] = root * (column[0] * ds - step[0] * dn);
-                load[n] += 2.0 * area * value;
+                    sum
+                })
+                .collect();
+            for &(l, column) in &numbers[k] {
+                let pulls: Vec<[f64; 2]> = sums
+                    .iter()
+                    .zip(&across.table)
+                    .map(|(s, shapes)| {
+                        let [e, de] = shapes[l];
+                        [s[0] * e + s[1] * de, s[2] * e + s[3] * de]
+                    })
+                    .collect();
+                for &(j, row) in numbers[i].iter().filter(|(_, row)| i != k || column <= *row) {
+                    let mut entry = 0.0;
+                    for (pull, shapes) in pulls.iter().zip(&across.table) {
+                        entry += shapes[j][0] * pull[0] + shapes[j][1] * pull[1];
+                    }
+                    system.add(row.max(column), row.min(column), entry);
+                }
             }
         }
     }
-    for (m, &(_, row)) in used.iter().enumerate() {
-        system.load[row] += load[m];
-        for (n, &(_, column)) in used.iter().enumerate() {
-            if column <= row {
-                system.add(row, column, gradients.column(m).dot(&gradients.column(n)));
-            }
-        }
-    }
-    Some(())
 }
 
 /// Symmetric matrix of which every row is stored from its first entry to the diagonal, and a right-hand side.

@@ -85,6 +85,7 @@ pub struct StiffnessTube {
 }
 
 /// A tube as designed.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum TubeDesign {
     /// Stiffness from geometry.

@@ -152,7 +152,7 @@ impl State {
         let (a, _) = Layout::label(element.start, u);
         let (b, _) = Layout::label(element.end, u);
         let length = b - a;
-        if !(length > 0.0) {
+        if length.is_nan() || length <= 0.0 {
             return Err(Infeasible);
         }
         self.lengths[e] = length;

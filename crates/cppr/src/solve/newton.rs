@@ -11,7 +11,7 @@ use crate::kinematics::layout::Layout;
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
-use crate::statics::{Loads, RotationKnob};
+use crate::statics::{Loads, RotationKnob, printed};
 
 /// Why Newton's method stopped without an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +79,7 @@ pub struct Workspace {
     /// Unit of every coordinate.
     pub(crate) units: Vec<f64>,
     step: Vec<f64>,
+    correction: Vec<f64>,
     trial: Point,
     /// Newton steps taken since the workspace was made.
     pub(crate) iterations: usize,
@@ -104,8 +105,20 @@ impl Workspace {
             self.poses.differentiate(layout, &self.state);
         }
         let setting = Setting { robot, layout, loads, knob };
-        self.assembly.assemble(&setting, &point.coordinates, &self.state, &self.poses, &point.efforts, true);
-        self.compose(system);
+        let consistent = system.formulation == Formulation::Consistent;
+        self.assembly.assemble(
+            &setting,
+            &point.coordinates,
+            &self.state,
+            &self.poses,
+            &point.efforts,
+            consistent,
+        );
+        if consistent {
+            self.compose(system);
+        } else {
+            self.compose_printed(system, point)?;
+        }
         if self.residual.iter().all(|r| r.is_finite()) { Ok(()) } else { Err(Infeasible) }
     }
 
@@ -152,6 +165,65 @@ impl Workspace {
         }
     }
 
+    /// The same for the printed formulation. Its generalised force is the derivative of nothing; its Jacobian is taken
+    /// by central differences, to about 1e-9 of its size.
+    fn compose_printed(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
+        let System { robot, layout, loads, knob, .. } = *system;
+        let setting = Setting { robot, layout, loads, knob };
+        let n_u = layout.unknowns();
+        self.assembly.hessian.clear();
+        self.assembly.hessian.resize(n_u * n_u, 0.0);
+        self.compose(system);
+        let n = self.residual.len();
+        let energy = Scale::of(robot).energy;
+        let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
+        // Only the fields at the nodes are wanted of the assembly.
+        let unloaded = Loads::none();
+        let fields = Setting { loads: &unloaded, ..setting };
+        let mut projected = |at: &Point| -> Result<Vec<f64>, Infeasible> {
+            state.evaluate(robot, layout, &at.coordinates, true)?;
+            poses.evaluate(robot, layout, &state);
+            assembly.assemble(&fields, &at.coordinates, &state, &poses, &at.efforts, false);
+            let mut result = Vec::new();
+            printed::residual(
+                &setting,
+                &at.coordinates,
+                &state,
+                &poses,
+                &assembly.jets,
+                &at.efforts,
+                &mut result,
+            );
+            Ok(result)
+        };
+        let here = projected(point)?;
+        let units = self.units.clone();
+        for (i, value) in here.iter().enumerate() {
+            self.residual[i] = value * units[i] / energy;
+        }
+        self.step.clear();
+        self.step.resize(n, 0.0);
+        for j in 0..n {
+            self.step.fill(0.0);
+            self.step[j] = 1.0;
+            let mut sides = [Vec::new(), Vec::new()];
+            for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
+                self.advance(system, point, sign * DIFFERENCE);
+                *side = projected(&self.trial)?;
+            }
+            for i in 0..n_u {
+                self.matrix[i * n + j] = (sides[0][i] - sides[1][i]) / (2.0 * DIFFERENCE) * units[i] / energy;
+            }
+        }
+        // An edge has no equation of its own here, and needs no multiplier.
+        for (b, edge) in (layout.modes..n_u).enumerate() {
+            let multiplier = n - layout.edges.len() + b;
+            self.residual[edge] = point.efforts.edge[b];
+            self.matrix[edge * n + multiplier] = 1.0;
+        }
+        Ok(())
+    }
+
     /// Newton's method from `point`, which ends at the equilibrium. On failure `point` is the best iterate.
     pub(crate) fn newton(
         &mut self,
@@ -160,9 +232,9 @@ impl Workspace {
         point: &mut Point,
     ) -> Result<(), Failure> {
         self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
-        let mut norm = self.norm();
         for _ in 0..settings.iterations {
-            if self.largest() <= settings.tolerance {
+            let reached = self.largest();
+            if reached <= settings.tolerance {
                 return Ok(());
             }
             let n = self.residual.len();
@@ -170,24 +242,22 @@ impl Workspace {
             self.step.clear();
             self.step.extend(self.residual.iter().map(|r| -r));
             self.lu.solve(&mut self.step, 1);
-            if !self.step.iter().all(|s| s.is_finite()) {
+            let length = norm(&self.step);
+            if !length.is_finite() {
                 return Err(Failure::Singular);
             }
             self.iterations += 1;
-            let floor = self.largest() <= FLOOR;
             let mut factor = self.longest();
             loop {
                 self.advance(system, point, factor);
                 let trial = std::mem::take(&mut self.trial);
                 let evaluated = self.evaluate(system, &trial);
                 self.trial = trial;
-                let reached = self.norm();
-                if evaluated.is_ok() && reached <= (1.0 - 1e-4 * factor) * norm {
-                    norm = reached;
+                if evaluated.is_ok() && self.shrinks(length, factor) {
                     std::mem::swap(point, &mut self.trial);
                     break;
                 }
-                if floor {
+                if reached <= FLOOR {
                     // Rounding is all that is left.
                     return self.evaluate(system, point).map_err(|_| Failure::Infeasible);
                 }
@@ -203,8 +273,14 @@ impl Workspace {
         if self.largest() <= FLOOR { Ok(()) } else { Err(Failure::IterationLimit) }
     }
 
-    fn norm(&self) -> f64 {
-        self.residual.iter().map(|r| r * r).sum::<f64>().sqrt()
+    /// Deuflhard's natural monotonicity test: the next correction with the same tangent has to be shorter. Unlike the
+    /// residual's norm it does not depend on how equations are scaled, and so does not stop at long steps along
+    /// a curved valley of the energy.
+    fn shrinks(&mut self, length: f64, factor: f64) -> bool {
+        self.correction.clear();
+        self.correction.extend_from_slice(&self.residual);
+        self.lu.solve(&mut self.correction, 1);
+        norm(&self.correction) <= (1.0 - 0.25 * factor) * length
     }
 
     fn largest(&self) -> f64 {
@@ -247,12 +323,18 @@ impl Workspace {
     }
 }
 
+/// Step of central differences in scaled unknowns.
+const DIFFERENCE: f64 = 1e-5;
 /// Below this the scaled residual is rounding error of the assembly.
 const FLOOR: f64 = 1e-8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 4096.0;
 /// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.
 const LONGEST: f64 = 20.0;
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
 
 /// How many conditions join the gradient.
 pub(crate) fn condition_count(system: &System) -> usize {

@@ -82,6 +82,12 @@ impl Finder<'_> {
         for _ in 0..3 * command.actuators.len().max(1) {
             let mut result = self.on_edges(&command, start, &edges);
             let Some(f) = self.wrong_edge(&command, &edges, &result) else {
+                // A follower that stands at the plate leaves the rest of its force to the jump there.
+                for (state, actuator) in result.actuators.iter_mut().zip(&asked.actuators) {
+                    if let Drive::Effort(force) = actuator.push_pull {
+                        state.tension = force;
+                    }
+                }
                 result.command = asked;
                 return result;
             };

@@ -49,6 +49,9 @@ fn taylor<T: Number>(jet: [f64; 3], x: T) -> T {
 /// A section: rotation as its three columns, centre.
 type Pose<T> = (V<V<T>>, V<T>);
 
+/// A node: K, e_1 and per follower |h|, θ, D, m.
+type Node<T> = (V<T>, T, Vec<[T; 4]>);
+
 struct Primal<T> {
     lagrangian: T,
     /// Poses at the elements' ends.
@@ -56,6 +59,7 @@ struct Primal<T> {
 }
 
 /// 𝓛 with every potential load, at coordinates u.
+#[allow(clippy::too_many_lines)]
 fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T> {
     let Setting { robot, layout, loads, knob } = setting;
     let followers = layout.tubes - 1;
@@ -65,7 +69,7 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
     };
     let mut total = T::zero();
     let mut joint: Vec<[T; 2]> = vec![[T::from(robot.length()), T::zero()]; followers];
-    let mut nodes: Vec<Vec<(V<T>, T, Vec<[T; 4]>)>> = vec![Vec::new(); layout.elements.len()];
+    let mut nodes: Vec<Vec<Node<T>>> = vec![Vec::new(); layout.elements.len()];
     for (e, element) in layout.elements.iter().enumerate().rev() {
         let rule = &layout.rules[element.rule];
         let (a, b) = (label(element.start), label(element.end));
@@ -82,7 +86,7 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
             taylor([d[order], d[order + 1], if order < 2 { d[order + 2] } else { 0.0 }], x)
                 + dx * dx * dx * third
         };
-        let mut own: Vec<(V<T>, T, Vec<[T; 4]>)> = (0..rule.n)
+        let mut own: Vec<Node<T>> = (0..rule.n)
             .map(|i| {
                 let stretch = if layout.stretch { field(i, 3 + followers) } else { T::zero() };
                 ([field(i, 0) + phi(0, labels[i], 1), field(i, 1), field(i, 2)], stretch, Vec::new())
@@ -452,7 +456,6 @@ fn loads_without_potential_do_their_virtual_work() {
     ];
     for loads in all {
         let case = Case::new(loads.clone(), false, 7);
-        let setting = case.setting(RotationKnob::Base);
         let assembly = case.assemble(RotationKnob::Base, &case.u);
         let unloaded = Loads::none();
         let free = Setting { loads: &unloaded, ..case.setting(RotationKnob::Base) };
@@ -514,6 +517,5 @@ fn loads_without_potential_do_their_virtual_work() {
                 assert!((got - difference).abs() < 1e-8 * unit, "row {i}: {got} {difference}");
             }
         }
-        drop(setting);
     }
 }

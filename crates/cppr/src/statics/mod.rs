@@ -5,6 +5,7 @@ pub(crate) mod assembly;
 mod check;
 pub(crate) mod energy;
 pub mod load;
+pub(crate) mod printed;
 pub(crate) mod stiffness;
 
 pub use assembly::RotationKnob;

@@ -1,5 +1,5 @@
 //! Robots and helpers shared by the tests.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
 use cppr::design::{
