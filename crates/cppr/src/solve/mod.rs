@@ -157,4 +157,18 @@ impl Equilibrium {
         let _ = workspace.evaluate(&system, &point);
         workspace.poses.evaluate(robot, &self.layout, &workspace.state);
     }
+
+    /// The equilibrium moved by `factor` times a scaled step of its unknowns: coordinates, efforts and edges.
+    /// Actuator states follow; status and statistics stay.
+    pub(crate) fn moved(&self, robot: &Robot, step: &[f64], factor: f64) -> Self {
+        let system = self.system(robot);
+        let point = Point { coordinates: self.coordinates.clone(), efforts: self.efforts.clone() };
+        let point = newton::advanced(&system, &point, step, factor);
+        let mut moved = Self { coordinates: point.coordinates, efforts: point.efforts, ..self.clone() };
+        for (f, actuator) in moved.actuators.iter_mut().enumerate() {
+            actuator.tension = moved.efforts.tension[f];
+            actuator.torque = moved.efforts.torque[f];
+        }
+        moved
+    }
 }

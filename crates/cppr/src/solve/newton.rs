@@ -295,31 +295,42 @@ impl Workspace {
 
     /// trial = point + factor · step.
     fn advance(&mut self, system: &System, point: &Point, factor: f64) {
-        let layout = system.layout;
-        let scale = Scale::of(system.robot);
-        let n_u = layout.unknowns();
         self.trial.clone_from(point);
-        for ((coordinate, step), unit) in self.trial.coordinates.iter_mut().zip(&self.step).zip(&self.units) {
-            *coordinate += factor * step * unit;
+        add_step(system, &mut self.trial, &self.units, &self.step, factor);
+    }
+}
+
+/// point + factor · step, the step in scaled unknowns.
+pub(crate) fn advanced(system: &System, point: &Point, step: &[f64], factor: f64) -> Point {
+    let (mut result, mut units) = (point.clone(), Vec::new());
+    Scale::of(system.robot).units(system.layout, &mut units);
+    add_step(system, &mut result, &units, step, factor);
+    result
+}
+
+fn add_step(system: &System, point: &mut Point, units: &[f64], step: &[f64], factor: f64) {
+    let scale = Scale::of(system.robot);
+    let n_u = system.layout.unknowns();
+    for ((coordinate, step), unit) in point.coordinates.iter_mut().zip(step).zip(units) {
+        *coordinate += factor * step * unit;
+    }
+    let mut steps = step[n_u..].iter().map(|s| factor * s);
+    let force = scale.energy / scale.length;
+    let mut add = |target: &mut f64, unit: f64| {
+        if let Some(step) = steps.next() {
+            *target += step * unit;
         }
-        let mut steps = self.step[n_u..].iter().map(|s| factor * s);
-        let force = scale.energy / scale.length;
-        let mut add = |target: &mut f64, unit: f64| {
-            if let Some(step) = steps.next() {
-                *target += step * unit;
-            }
-        };
-        for (f, actuator) in system.actuators.iter().enumerate() {
-            if matches!(actuator.push_pull, Drive::Motion(_)) {
-                add(&mut self.trial.efforts.tension[f], force);
-            }
-            if matches!(actuator.rotation, Drive::Motion(_)) {
-                add(&mut self.trial.efforts.torque[f], scale.energy);
-            }
+    };
+    for (f, actuator) in system.actuators.iter().enumerate() {
+        if matches!(actuator.push_pull, Drive::Motion(_)) {
+            add(&mut point.efforts.tension[f], force);
         }
-        for multiplier in &mut self.trial.efforts.edge {
-            add(multiplier, force);
+        if matches!(actuator.rotation, Drive::Motion(_)) {
+            add(&mut point.efforts.torque[f], scale.energy);
         }
+    }
+    for multiplier in &mut point.efforts.edge {
+        add(multiplier, force);
     }
 }
 
