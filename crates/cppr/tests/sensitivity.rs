@@ -42,7 +42,10 @@ fn cases() -> Vec<Case> {
     ];
     let held = vec![Actuator { push_pull: Drive::Motion(-4e-3), rotation: Drive::Motion(0.5) }];
     vec![
-        Case { robot: helix(), command: Command { actuators: mixed, loads: force.clone(), knob: RotationKnob::Base } },
+        Case {
+            robot: helix(),
+            command: Command { actuators: mixed, loads: force.clone(), knob: RotationKnob::Base },
+        },
         // Pushed, with the uncut part inside.
         Case {
             robot: prototype("R3", 1.26, BelowPlate::Plain),
@@ -89,8 +92,10 @@ fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
         };
         for input in 0..m {
             let step = if exact.inputs[input].is_motion { 3e-6 } else { 3e-5 };
-            let (ahead, behind) =
-                (at(&mut workspace, &nudged(&command, input, step)), at(&mut workspace, &nudged(&command, input, -step)));
+            let (ahead, behind) = (
+                at(&mut workspace, &nudged(&command, input, step)),
+                at(&mut workspace, &nudged(&command, input, -step)),
+            );
             let size = exact.tip_jacobian.column(input).norm();
             assert!(size > 1e-6, "input {input} moves nothing");
             for (axis, value) in twist(&behind.1, &ahead.1, 2.0 * step).into_iter().enumerate() {
@@ -116,13 +121,20 @@ fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
             let (ahead, behind) = (at(&mut workspace, &pushed(1.0)), at(&mut workspace, &pushed(-1.0)));
             for (row, value) in twist(&behind.1, &ahead.1, 2.0 * step).into_iter().enumerate() {
                 let got = exact.compliance[(row, axis)];
-                assert!((got - value).abs() < 1e-5 * exact.compliance.column(axis).norm(), "{row} {axis}: {got} {value}");
+                assert!(
+                    (got - value).abs() < 1e-5 * exact.compliance.column(axis).norm(),
+                    "{row} {axis}: {got} {value}"
+                );
             }
             for input in 0..m {
                 // Betti: with the motion held, a force answers as the motion moves the tip, with opposite sign.
                 let sign = if exact.inputs[input].is_motion { -1.0 } else { 1.0 };
-                let (a, b) = (exact.response_by_wrench[(input, axis)], sign * exact.tip_jacobian[(axis, input)]);
-                assert!((a - b).abs() < 1e-8 * exact.tip_jacobian.column(input).norm(), "{input} {axis}: {a} {b}");
+                let (a, b) =
+                    (exact.response_by_wrench[(input, axis)], sign * exact.tip_jacobian[(axis, input)]);
+                assert!(
+                    (a - b).abs() < 1e-8 * exact.tip_jacobian.column(input).norm(),
+                    "{input} {axis}: {a} {b}"
+                );
             }
         }
         let (block, other) = (exact.compliance, exact.compliance.transpose());
@@ -161,11 +173,21 @@ fn design_parameters_agree_with_re_solved_robots() {
         let read = |robot: &Robot, workspace: &mut Workspace, eq: &Equilibrium| {
             let shape = Shape::sampled(robot, workspace, eq, 3);
             let (middle, tip) = (shape.sections[1].tubes[1].centroid, shape.sections[2].centre);
-            vec![middle.x, middle.y, middle.z, tip.x, tip.y, tip.z, eq.actuators[0].tension * 1e-2, eq.actuators[0].torque]
+            vec![
+                middle.x,
+                middle.y,
+                middle.z,
+                tip.x,
+                tip.y,
+                tip.z,
+                eq.actuators[0].tension * 1e-2,
+                eq.actuators[0].torque,
+            ]
         };
         for which in 0..3 {
             let exact =
-                parameter_sensitivity(&base, &mut workspace, &found, 1e-3, |p| change(which, p), read).unwrap();
+                parameter_sensitivity(&base, &mut workspace, &found, 1e-3, |p| change(which, p), read)
+                    .unwrap();
             let mut solved = |p: f64| {
                 let robot = change(which, p).unwrap();
                 let eq = solve_from(&robot, &mut workspace, &command, &settings, &found).unwrap();

@@ -6,7 +6,7 @@
 
 use crate::design::Robot;
 use crate::kinematics::pose::column;
-use crate::solve::newton::{Point, Scale, Workspace};
+use crate::solve::newton::{Scale, Workspace};
 use crate::solve::{Drive, Equilibrium};
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 
@@ -64,7 +64,11 @@ fn factor(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium) -
 
 /// Jacobians and compliance. `None` where there is no equilibrium or its tangent is singular (at a fold).
 #[must_use]
-pub fn sensitivity(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium) -> Option<Sensitivity> {
+pub fn sensitivity(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    equilibrium: &Equilibrium,
+) -> Option<Sensitivity> {
     factor(robot, workspace, equilibrium)?;
     let readout = Readout::new(robot, workspace, equilibrium);
     let (n_u, n, m) = (readout.unknowns, workspace.residual.len(), readout.inputs.len());
@@ -134,14 +138,13 @@ pub fn parameter_sensitivity(
     // Central differences over ±1 and ±2 steps, fourth order.
     const SHARES: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
     let robots: Vec<Robot> = SHARES.iter().map(|&(at, _)| robot_at(at * step)).collect::<Option<_>>()?;
-    let point = Point { coordinates: equilibrium.coordinates.clone(), efforts: equilibrium.efforts.clone() };
     factor(robot, workspace, equilibrium)?;
     let scale = Scale::of(robot);
     let lu = workspace.lu.clone();
     let mut slope = vec![0.0; workspace.residual.len()];
     for (moved, &(_, share)) in robots.iter().zip(&SHARES) {
         let system = equilibrium.system(moved);
-        workspace.evaluate(&system, &point).ok()?;
+        workspace.evaluate(&system, &equilibrium.point).ok()?;
         let rescale = Scale::of(moved).energy / scale.energy;
         for (i, (s, r)) in slope.iter_mut().zip(&workspace.residual).enumerate() {
             // Each robot scales its residual by its own stiffness; conditions are not scaled by it.

@@ -124,7 +124,7 @@ impl<'a> Recovery<'a> {
             robot,
             workspace,
             layout,
-            coordinates: &equilibrium.coordinates,
+            coordinates: &equilibrium.point.coordinates,
             tension: vec![0.0; layout.nodes * followers],
             moment: vec![Vector3::zeros(); layout.nodes * layout.tubes],
             distributed: vec![Vector3::zeros(); layout.nodes * layout.tubes],

@@ -7,6 +7,7 @@
 //! the robot; its label is one more unknown and x_k = 0 one more condition.
 
 use super::rule::{Rule, legendre_values};
+use std::sync::Arc;
 
 /// How finely the fields are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,42 +108,111 @@ pub(crate) struct Layout {
     pub edges: Vec<usize>,
     /// Nodes in all.
     pub nodes: usize,
+    length: f64,
+    resolution: Resolution,
+    cuts: Vec<Cut>,
+}
+
+/// An end of an element: at a fixed label, or near an estimated one where an edge is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    at: f64,
+    /// Tube index of the follower whose edge it is.
+    follower: Option<usize>,
+    /// Is the element that begins here short?
+    short: bool,
+}
+
+impl Cut {
+    pub fn fixed(at: f64) -> Self {
+        Self { at, follower: None, short: false }
+    }
+
+    pub fn edge(follower: usize, estimate: f64) -> Self {
+        Self { at: estimate, follower: Some(follower), short: false }
+    }
+
+    /// Do both make the same layout? Edges do wherever they are.
+    fn same(&self, other: &Self) -> bool {
+        self.follower == other.follower
+            && self.short == other.short
+            && (self.follower.is_some() || (self.at - other.at).abs() <= 0.0)
+    }
 }
 
 /// Elements shorter than this part of the length take fewer modes.
 const SHORT: f64 = 0.25;
+/// Layouts that are remembered; a sweep over pushes and pulls of three tubes needs a dozen.
+const REMEMBERED: usize = 16;
 
-impl Layout {
-    /// Cuts [0, L] at fixed labels and at the estimated labels of edges `(follower, X)`.
-    pub fn new(
+/// The layouts used last: making one costs more than a solve on it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Layouts {
+    list: Vec<Arc<Layout>>,
+    cuts: Vec<Cut>,
+}
+
+impl Layouts {
+    /// The layout of [0, L] cut at the given places.
+    pub fn get(
+        &mut self,
         tubes: usize,
         length: f64,
         resolution: Resolution,
-        fixed: &[f64],
-        edges: &[(usize, f64)],
-    ) -> Self {
-        let mut cuts: Vec<(f64, Option<usize>)> = fixed
-            .iter()
-            .filter(|&&x| x > 0.0 && x < length)
-            .map(|&x| (x, None))
-            .chain(edges.iter().map(|&(follower, x)| (x, Some(follower))))
-            .collect();
-        cuts.push((0.0, None));
-        cuts.push((length, None));
-        cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cuts.dedup_by(|b, a| a.1.is_none() && b.1.is_none() && (b.0 - a.0).abs() <= 1e-12 * length);
+        cuts: impl Iterator<Item = Cut>,
+    ) -> Arc<Layout> {
+        self.cuts.clear();
+        self.cuts.extend(cuts.filter(|c| c.follower.is_some() || (c.at > 0.0 && c.at < length)));
+        self.cuts.extend([Cut::fixed(0.0), Cut::fixed(length)]);
+        self.cuts.sort_unstable_by(|a, b| a.at.total_cmp(&b.at));
+        self.cuts.dedup_by(|b, a| {
+            a.follower.is_none() && b.follower.is_none() && (b.at - a.at).abs() <= 1e-12 * length
+        });
+        for i in 1..self.cuts.len() {
+            self.cuts[i - 1].short = self.cuts[i].at - self.cuts[i - 1].at < SHORT * length;
+        }
+        let known = |layout: &&Arc<Layout>| {
+            layout.tubes == tubes
+                && (layout.length - length).abs() <= 0.0
+                && layout.resolution == resolution
+                && layout.cuts.len() == self.cuts.len()
+                && layout.cuts.iter().zip(&self.cuts).all(|(a, b)| a.same(b))
+        };
+        if let Some(layout) = self.list.iter().find(known) {
+            return Arc::clone(layout);
+        }
+        let layout = Arc::new(Layout::new(tubes, length, resolution, &self.cuts));
+        if self.list.len() == REMEMBERED {
+            self.list.remove(0);
+        }
+        self.list.push(Arc::clone(&layout));
+        layout
+    }
+}
 
+impl Layout {
+    fn new(tubes: usize, length: f64, resolution: Resolution, cuts: &[Cut]) -> Self {
         let stretch = resolution.stretch > 0;
         let rules = [Rule::new(resolution.nodes), Rule::new(resolution.short().nodes)];
-        let mut layout =
-            Self { tubes, stretch, elements: Vec::new(), rules, modes: 0, edges: Vec::new(), nodes: 0 };
-        let mut below: Vec<bool> = (0..tubes).map(|t| edges.iter().any(|&(f, _)| f == t)).collect();
+        let mut layout = Self {
+            tubes,
+            stretch,
+            elements: Vec::new(),
+            rules,
+            modes: 0,
+            edges: Vec::new(),
+            nodes: 0,
+            length,
+            resolution,
+            cuts: cuts.to_vec(),
+        };
+        let mut below: Vec<bool> = (0..tubes).map(|t| cuts.iter().any(|c| c.follower == Some(t))).collect();
         for pair in cuts.windows(2) {
-            if let Some(follower) = pair[0].1 {
+            if let Some(follower) = pair[0].follower {
                 below[follower] = false;
             }
-            let short = pair[1].0 - pair[0].0 < SHORT * length;
-            layout.push(pair[0], pair[1], below.clone(), resolution, short);
+            let ends = [pair[0], pair[1]].map(|c| (c.at, c.follower));
+            layout.push(ends[0], ends[1], below.clone(), resolution, pair[0].short);
         }
         layout.number_edges();
         layout
@@ -226,23 +296,17 @@ impl Layout {
         (last, 1.0)
     }
 
-    /// The coordinates on another layout of the same robot whose fields are, element by element, the best
-    /// approximation of the fields here. Edges start at their guesses, or where they are here.
-    pub fn transfer(&self, coordinates: &[f64], target: &Self, guesses: &[(usize, f64)]) -> Vec<f64> {
-        let mut result = vec![0.0; target.unknowns()];
-        for (i, follower) in target.edges.iter().enumerate() {
-            if let Some((_, label)) = guesses.iter().find(|(f, _)| f == follower) {
-                result[target.modes + i] = *label;
-            }
-        }
+    /// Puts the fields into another layout of the same robot: the best approximation, element by element. The
+    /// places of the target's edges are given in `result`.
+    pub fn transfer(&self, coordinates: &[f64], target: &Self, result: &mut [f64]) {
         if coordinates.iter().all(|&c| c == 0.0) {
-            return result;
+            return;
         }
         let mut values = vec![0.0; target.rules[0].n];
         for element in &target.elements {
             let rule = &target.rules[element.rule];
-            let (a, _) = Self::label(element.start, &result);
-            let (b, _) = Self::label(element.end, &result);
+            let (a, _) = Self::label(element.start, result);
+            let (b, _) = Self::label(element.end, result);
             for (i, (&x, &weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
                 let (e, local) = self.locate(coordinates, a + x * (b - a));
                 for (field, &(first, count)) in element.modes.iter().enumerate() {
@@ -254,7 +318,6 @@ impl Layout {
                 }
             }
         }
-        result
     }
 
     /// Value of a field of an element at ξ; `buffer` is scratch.

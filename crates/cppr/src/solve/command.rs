@@ -106,6 +106,16 @@ impl Command {
         }
     }
 
+    /// Copies without giving memory back.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        self.actuators.clone_from(&other.actuators);
+        self.loads.wrenches.clone_from(&other.loads.wrenches);
+        self.loads.distributed.clone_from(&other.loads.distributed);
+        self.loads.threads.clone_from(&other.loads.threads);
+        self.loads.gravity = other.loads.gravity;
+        self.knob = other.knob;
+    }
+
     /// Checks a command against a robot and settings.
     ///
     /// # Errors

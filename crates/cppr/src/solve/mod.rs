@@ -6,13 +6,13 @@ mod path;
 
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
 pub use newton::Workspace;
-pub use path::{solve, solve_from};
+pub use path::{solve, solve_from, solve_into};
 
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
-use crate::statics::assembly::Efforts;
 use newton::{Point, System};
 use std::fmt;
+use std::sync::Arc;
 
 /// What came out of a solve. Look at it before using anything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,9 +105,8 @@ pub struct Equilibrium {
     pub settings: Settings,
     /// Largest scaled residual.
     pub residual: f64,
-    pub(crate) layout: Layout,
-    pub(crate) coordinates: Vec<f64>,
-    pub(crate) efforts: Efforts,
+    pub(crate) layout: Arc<Layout>,
+    pub(crate) point: Point,
     /// The drives it was solved with: those of the command, save for a follower that stands at the plate.
     pub(crate) drives: Vec<Actuator>,
 }
@@ -116,25 +115,25 @@ impl Equilibrium {
     /// The robot at rest, as a start for [`solve_from`].
     #[must_use]
     pub fn rest(robot: &Robot, settings: &Settings) -> Self {
-        let command = Command::held(robot);
-        let layout = Layout::new(robot.tube_count(), robot.length(), settings.resolution, &[], &[]);
+        Self::at_rest(robot, &mut Workspace::new(), settings)
+    }
+
+    /// The same, with a layout that the workspace may know already.
+    pub(crate) fn at_rest(robot: &Robot, workspace: &mut Workspace, settings: &Settings) -> Self {
+        let cuts = std::iter::empty();
+        let layout = workspace.layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts);
         let followers = robot.follower_count();
         Self {
             status: Status::Converged,
             statistics: Statistics::default(),
             elastic_energy: 0.0,
             actuators: vec![ActuatorState::default(); followers],
-            command,
+            command: Command::held(robot),
             settings: *settings,
             residual: 0.0,
-            coordinates: vec![0.0; layout.unknowns()],
-            drives: vec![Actuator::HELD; followers],
+            point: Point::rest(&layout),
             layout,
-            efforts: Efforts {
-                tension: vec![0.0; followers],
-                torque: vec![0.0; followers],
-                edge: Vec::new(),
-            },
+            drives: vec![Actuator::HELD; followers],
         }
     }
 
@@ -151,10 +150,9 @@ impl Equilibrium {
 
     /// Brings the workspace to this equilibrium, poses included.
     pub(crate) fn refresh(&self, robot: &Robot, workspace: &mut Workspace) {
-        let point = Point { coordinates: self.coordinates.clone(), efforts: self.efforts.clone() };
         let system = self.system(robot);
         // A point that was evaluated once can be evaluated again.
-        let _ = workspace.evaluate(&system, &point);
+        let _ = workspace.evaluate(&system, &self.point);
         workspace.poses.evaluate(robot, &self.layout, &workspace.state);
     }
 
@@ -162,12 +160,11 @@ impl Equilibrium {
     /// Actuator states follow; status and statistics stay.
     pub(crate) fn moved(&self, robot: &Robot, step: &[f64], factor: f64) -> Self {
         let system = self.system(robot);
-        let point = Point { coordinates: self.coordinates.clone(), efforts: self.efforts.clone() };
-        let point = newton::advanced(&system, &point, step, factor);
-        let mut moved = Self { coordinates: point.coordinates, efforts: point.efforts, ..self.clone() };
+        let point = newton::advanced(&system, &self.point, step, factor);
+        let mut moved = Self { point, ..self.clone() };
         for (f, actuator) in moved.actuators.iter_mut().enumerate() {
-            actuator.tension = moved.efforts.tension[f];
-            actuator.torque = moved.efforts.torque[f];
+            actuator.tension = moved.point.efforts.tension[f];
+            actuator.torque = moved.point.efforts.torque[f];
         }
         moved
     }

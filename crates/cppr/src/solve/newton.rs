@@ -7,7 +7,7 @@
 use super::command::{Actuator, Drive, Formulation, Settings};
 use crate::dense::Lu;
 use crate::design::Robot;
-use crate::kinematics::layout::Layout;
+use crate::kinematics::layout::{Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
@@ -38,6 +38,25 @@ pub(crate) struct System<'a> {
 pub(crate) struct Point {
     pub coordinates: Vec<f64>,
     pub efforts: Efforts,
+}
+
+impl Point {
+    /// All zero: the robot at rest.
+    pub fn rest(layout: &Layout) -> Self {
+        let zeros = |n: usize| vec![0.0; n];
+        let followers = layout.tubes - 1;
+        let efforts =
+            Efforts { tension: zeros(followers), torque: zeros(followers), edge: zeros(layout.edges.len()) };
+        Self { coordinates: zeros(layout.unknowns()), efforts }
+    }
+
+    /// Copies without giving memory back.
+    pub fn copy(&mut self, other: &Self) {
+        self.coordinates.clone_from(&other.coordinates);
+        self.efforts.tension.clone_from(&other.efforts.tension);
+        self.efforts.torque.clone_from(&other.efforts.torque);
+        self.efforts.edge.clone_from(&other.efforts.edge);
+    }
 }
 
 /// Energy and length scale.
@@ -81,6 +100,9 @@ pub struct Workspace {
     step: Vec<f64>,
     correction: Vec<f64>,
     trial: Point,
+    /// Where an attempt starts.
+    pub(crate) start: Point,
+    pub(crate) layouts: Layouts,
     /// Newton steps taken since the workspace was made.
     pub(crate) iterations: usize,
     /// Evaluations of the residual since the workspace was made.
@@ -295,7 +317,7 @@ impl Workspace {
 
     /// trial = point + factor · step.
     fn advance(&mut self, system: &System, point: &Point, factor: f64) {
-        self.trial.clone_from(point);
+        self.trial.copy(point);
         add_step(system, &mut self.trial, &self.units, &self.step, factor);
     }
 }

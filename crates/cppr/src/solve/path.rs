@@ -9,8 +9,8 @@ use super::newton::{Failure, Point, System, Workspace};
 use super::{ActuatorState, Equilibrium, Reason, Statistics, Status};
 use crate::analysis::stability;
 use crate::design::Robot;
-use crate::kinematics::layout::Layout;
-use crate::statics::assembly::Efforts;
+use crate::kinematics::layout::{Cut, Layout};
+use std::sync::Arc;
 
 /// Solves for the equilibrium under a command, from rest.
 ///
@@ -23,7 +23,9 @@ pub fn solve(
     command: &Command,
     settings: &Settings,
 ) -> Result<Equilibrium, CommandProblem> {
-    solve_from(robot, workspace, command, settings, &Equilibrium::rest(robot, settings))
+    let mut result = Equilibrium::at_rest(robot, workspace, settings);
+    solve_into(robot, workspace, command, settings, &mut result)?;
+    Ok(result)
 }
 
 /// Solves for the equilibrium under a command, starting at another one: a neighbour in a sweep.
@@ -37,20 +39,39 @@ pub fn solve_from(
     settings: &Settings,
     start: &Equilibrium,
 ) -> Result<Equilibrium, CommandProblem> {
+    let mut result = start.clone();
+    solve_into(robot, workspace, command, settings, &mut result)?;
+    Ok(result)
+}
+
+/// Moves an equilibrium to a new command, starting at itself: for control loops. Allocates nothing where robot,
+/// settings and the kinds of loads are those of earlier calls.
+///
+/// # Errors
+/// As [`solve`]; `equilibrium` is then left as it was.
+pub fn solve_into(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    equilibrium: &mut Equilibrium,
+) -> Result<(), CommandProblem> {
     command.check(robot, settings)?;
     let before = (workspace.iterations, workspace.evaluations);
+    equilibrium.settings = *settings;
     let mut finder = Finder { robot, workspace, settings, load_steps: 0 };
-    let mut result = finder.attempt(command, start);
-    if !result.status.is_equilibrium() {
-        result = finder.step_from_rest(command);
+    finder.attempt(command, equilibrium);
+    if !equilibrium.status.is_equilibrium() {
+        finder.step_from_rest(command, equilibrium);
     }
     let load_steps = finder.load_steps;
-    result.statistics = Statistics {
+    equilibrium.command.copy(command);
+    equilibrium.statistics = Statistics {
         iterations: workspace.iterations - before.0,
         evaluations: workspace.evaluations - before.1,
         load_steps,
     };
-    Ok(result)
+    Ok(())
 }
 
 struct Finder<'a> {
@@ -63,46 +84,49 @@ struct Finder<'a> {
 /// Edges shorter than this part of L are not resolved: the follower stands at the plate.
 const LEAST_EDGE: f64 = 1e-9;
 
+/// What an attempt starts at; its point is `workspace.start`.
+struct Start {
+    layout: Arc<Layout>,
+}
+
 impl Finder<'_> {
-    /// One attempt at the whole command.
-    fn attempt(&mut self, command: &Command, start: &Equilibrium) -> Equilibrium {
-        let mut edges: Vec<bool> = (0..command.actuators.len())
-            .map(|f| match command.actuators[f].push_pull {
-                Drive::Motion(motion) => self.edge_at(f, motion),
-                Drive::Effort(_) => self.edge_at(f, start.actuators[f].motion),
-            })
-            .collect();
-        let asked = command.clone();
-        let mut command = command.clone();
+    /// One attempt at the whole command, starting at `equilibrium` and ending in it.
+    fn attempt(&mut self, command: &Command, equilibrium: &mut Equilibrium) {
+        self.workspace.start.copy(&equilibrium.point);
+        let start = Start { layout: Arc::clone(&equilibrium.layout) };
+        // One bit per follower: has it an edge inside?
+        let mut edges = 0_u64;
+        for (f, actuator) in command.actuators.iter().enumerate() {
+            let motion = match actuator.push_pull {
+                Drive::Motion(motion) => motion,
+                Drive::Effort(_) => equilibrium.actuators[f].motion,
+            };
+            edges |= u64::from(self.edge_at(f, motion)) << f;
+        }
+        equilibrium.drives.clone_from(&command.actuators);
         if self.settings.resolution.angle == 0 {
             // Locked angles need no holding; a condition on them would be empty.
-            command.actuators.iter_mut().for_each(|a| a.rotation = Drive::Effort(0.0));
+            equilibrium.drives.iter_mut().for_each(|a| a.rotation = Drive::Effort(0.0));
         }
         // Each prescribed force settles its edge in at most two turns; a third finds it between both.
         for _ in 0..3 * command.actuators.len().max(1) {
-            let mut result = self.on_edges(&command, start, &edges);
-            let Some(f) = self.wrong_edge(&command, &edges, &result) else {
+            self.on_edges(command, &start, edges, equilibrium);
+            let Some(f) = self.wrong_edge(edges, equilibrium) else {
                 // A follower that stands at the plate leaves the rest of its force to the jump there.
-                for (state, actuator) in result.actuators.iter_mut().zip(&asked.actuators) {
+                for (state, actuator) in equilibrium.actuators.iter_mut().zip(&command.actuators) {
                     if let Drive::Effort(force) = actuator.push_pull {
                         state.tension = force;
                     }
                 }
-                result.command = asked;
-                return result;
+                return;
             };
-            if edges[f] {
+            if edges >> f & 1 == 1 {
                 // Neither inside nor outside: the force lies in the jump, and the edge stays at the plate.
-                edges[f] = false;
-                command.actuators[f].push_pull = Drive::Motion(0.0);
-            } else {
-                edges[f] = true;
+                equilibrium.drives[f].push_pull = Drive::Motion(0.0);
             }
+            edges ^= 1 << f;
         }
-        let mut result = self.on_edges(&command, start, &edges);
-        result.status = Status::NotConverged(Reason::Edges);
-        result.command = asked;
-        result
+        equilibrium.status = Status::NotConverged(Reason::Edges);
     }
 
     /// Does a follower that stands at Δa bring another part into the robot?
@@ -111,51 +135,60 @@ impl Finder<'_> {
     }
 
     /// The first follower driven by force whose edge is not where the layout says.
-    fn wrong_edge(&self, command: &Command, edges: &[bool], result: &Equilibrium) -> Option<usize> {
-        (0..edges.len()).find(|&f| {
-            matches!(command.actuators[f].push_pull, Drive::Effort(_))
+    fn wrong_edge(&self, edges: u64, result: &Equilibrium) -> Option<usize> {
+        (0..result.drives.len()).find(|&f| {
+            let inside = edges >> f & 1 == 1;
+            matches!(result.drives[f].push_pull, Drive::Effort(_))
                 && if result.status.is_equilibrium() {
-                    edges[f] != self.edge_at(f, result.actuators[f].motion)
+                    inside != self.edge_at(f, result.actuators[f].motion)
                 } else {
-                    edges[f]
+                    inside
                 }
         })
     }
 
-    fn on_edges(&mut self, command: &Command, start: &Equilibrium, edges: &[bool]) -> Equilibrium {
+    fn on_edges(&mut self, command: &Command, start: &Start, edges: u64, result: &mut Equilibrium) {
         let (robot, settings) = (self.robot, self.settings);
         let length = robot.length();
-        let guesses: Vec<(usize, f64)> = (0..edges.len())
-            .filter(|&f| edges[f])
-            .map(|f| {
-                let motion = match command.actuators[f].push_pull {
-                    Drive::Motion(motion) => motion,
-                    Drive::Effort(_) => start.actuators[f].motion,
-                };
-                (f + 1, (-motion).clamp(1e-3 * length, 0.9 * length))
-            })
-            .collect();
-        let layout =
-            Layout::new(robot.tube_count(), length, settings.resolution, &command.loads.cuts(), &guesses);
-        let mut point = Point {
-            coordinates: start.layout.transfer(&start.coordinates, &layout, &guesses),
-            efforts: Efforts {
-                tension: start.efforts.tension.clone(),
-                torque: start.efforts.torque.clone(),
-                edge: vec![0.0; layout.edges.len()],
-            },
+        // Where an edge is expected: the follower has moved by its label, nearly.
+        let estimate = |f: usize| {
+            let motion = match result.drives[f].push_pull {
+                Drive::Motion(motion) => motion,
+                Drive::Effort(_) => result.actuators[f].motion,
+            };
+            (-motion).clamp(1e-3 * length, 0.9 * length)
         };
+        let inside = (0..command.actuators.len()).filter(|&f| edges >> f & 1 == 1);
+        let cuts = command.loads.cuts().map(Cut::fixed).chain(inside.map(|f| Cut::edge(f + 1, estimate(f))));
+        let layout = self.workspace.layouts.get(robot.tube_count(), length, settings.resolution, cuts);
+        let from = &self.workspace.start;
+        if Arc::ptr_eq(&layout, &start.layout) {
+            result.point.copy(from);
+        } else {
+            let efforts = &from.efforts;
+            let mut point = Point::rest(&layout);
+            point.efforts.tension.copy_from_slice(&efforts.tension);
+            point.efforts.torque.copy_from_slice(&efforts.torque);
+            for (i, follower) in layout.edges.iter().enumerate() {
+                point.coordinates[layout.modes + i] = estimate(follower - 1);
+                if let Some(old) = start.layout.edges.iter().position(|f| f == follower) {
+                    point.efforts.edge[i] = efforts.edge[old];
+                }
+            }
+            start.layout.transfer(&from.coordinates, &layout, &mut point.coordinates);
+            result.point = point;
+        }
         for (i, follower) in layout.edges.iter().enumerate() {
-            if let Some(old) = start.layout.edges.iter().position(|f| f == follower) {
-                point.efforts.edge[i] = start.efforts.edge[old];
+            if let Drive::Motion(_) = result.drives[follower - 1].push_pull {
+                result.point.coordinates[layout.modes + i] = estimate(follower - 1);
             }
         }
-        for (f, actuator) in command.actuators.iter().enumerate() {
+        for (f, actuator) in result.drives.iter().enumerate() {
             if let Drive::Effort(force) = actuator.push_pull {
-                point.efforts.tension[f] = force;
+                result.point.efforts.tension[f] = force;
             }
             if let Drive::Effort(torque) = actuator.rotation {
-                point.efforts.torque[f] = torque;
+                result.point.efforts.torque[f] = torque;
             }
         }
         let system = System {
@@ -163,71 +196,55 @@ impl Finder<'_> {
             layout: &layout,
             loads: &command.loads,
             knob: command.knob,
-            actuators: &command.actuators,
+            actuators: &result.drives,
             formulation: settings.formulation,
         };
-        let outcome = self.workspace.newton(&system, settings, &mut point);
+        let outcome = self.workspace.newton(&system, settings, &mut result.point);
         let stable = outcome.is_ok() && stability::is_stable(self.workspace, &system);
-        self.conclude(command, layout, point, outcome, stable)
+        result.layout = layout;
+        self.conclude(result, outcome, stable);
     }
 
-    fn conclude(
-        &mut self,
-        command: &Command,
-        layout: Layout,
-        point: Point,
-        outcome: Result<(), Failure>,
-        stable: bool,
-    ) -> Equilibrium {
+    fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
         let assembly = &self.workspace.assembly;
-        let status = match (outcome, stable) {
+        result.status = match (outcome, stable) {
             (Ok(()), true) => Status::Converged,
             (Ok(()), false) => Status::Unstable,
             (Err(_), _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
         };
-        let actuators = (0..command.actuators.len())
-            .map(|f| ActuatorState {
-                motion: assembly.knobs[f][0],
-                rotation: assembly.knobs[f][1],
-                tension: point.efforts.tension[f],
-                torque: point.efforts.torque[f],
-            })
-            .collect();
-        Equilibrium {
-            status,
-            statistics: Statistics::default(),
-            elastic_energy: assembly.elastic,
-            actuators,
-            command: command.clone(),
-            settings: *self.settings,
-            residual: self.workspace.residual.iter().fold(0.0, |m, r| r.abs().max(m)),
-            layout,
-            coordinates: point.coordinates,
-            efforts: point.efforts,
-            drives: command.actuators.clone(),
+        let efforts = &result.point.efforts;
+        for (f, state) in result.actuators.iter_mut().enumerate() {
+            let [motion, rotation] = assembly.knobs[f];
+            *state =
+                ActuatorState { motion, rotation, tension: efforts.tension[f], torque: efforts.torque[f] };
         }
+        result.elastic_energy = assembly.elastic;
+        result.residual = self.workspace.residual.iter().fold(0.0, |m, r| r.abs().max(m));
     }
 
     /// Applies the command in steps from rest, with steps that halve where Newton's method fails.
-    fn step_from_rest(&mut self, command: &Command) -> Equilibrium {
-        let mut current = Equilibrium::rest(self.robot, self.settings);
+    fn step_from_rest(&mut self, command: &Command, result: &mut Equilibrium) {
+        let mut current = Equilibrium::at_rest(self.robot, self.workspace, self.settings);
         let (mut reached, mut step) = (0.0, 0.25);
         loop {
             let next: f64 = f64::min(1.0, reached + step);
             let target = if next < 1.0 { command.scaled(next) } else { command.clone() };
             self.load_steps += 1;
-            let result = self.attempt(&target, &current);
-            if result.status.is_equilibrium() {
+            let mut trial = current.clone();
+            self.attempt(&target, &mut trial);
+            if trial.status.is_equilibrium() {
                 if next >= 1.0 {
-                    return result;
+                    *result = trial;
+                    return;
                 }
-                (current, reached) = (result, next);
+                (current, reached) = (trial, next);
                 step *= 1.5;
             } else {
                 step *= 0.5;
                 if step < self.settings.smallest_step {
-                    let status = Status::NotConverged(Reason::PathEnds { fraction: reached });
-                    return Equilibrium { status, command: command.clone(), ..current };
+                    *result = current;
+                    result.status = Status::NotConverged(Reason::PathEnds { fraction: reached });
+                    return;
                 }
             }
         }

@@ -6,10 +6,12 @@ use crate::design::fields::Part;
 use crate::design::{BelowPlate, Material, NotchedTube, Outline, Profile, StiffnessTube, Torsion};
 use crate::design::{Robot, RobotDesign, TubeDesign};
 use crate::kinematics::Resolution;
-use crate::kinematics::layout::{Joint, Layout};
+use crate::kinematics::layout::{Cut, Joint, Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{State, part};
 use nalgebra::Vector3;
+use std::sync::Arc;
+
 use num_dual::{Dual64, DualNum, HyperDual64};
 
 trait Number: DualNum<Primitive = f64> + Copy {}
@@ -335,7 +337,7 @@ fn potential_loads() -> Loads {
 
 struct Case {
     robot: Robot,
-    layout: Layout,
+    layout: Arc<Layout>,
     loads: Loads,
     efforts: Efforts,
     u: Vec<f64>,
@@ -353,7 +355,8 @@ impl Case {
             stretch: 2 * usize::from(stretch),
             nodes: 5,
         };
-        let layout = Layout::new(3, 0.15, modes, &loads.cuts(), &[(2, 0.012)]);
+        let cuts = loads.cuts().map(Cut::fixed).chain([Cut::edge(2, 0.012)]);
+        let layout = Layouts::default().get(3, 0.15, modes, cuts);
         let mut noise = Noise(seed);
         let mut units = vec![4.0; layout.modes];
         for element in layout.elements.iter().filter(|_| stretch) {

@@ -228,12 +228,12 @@ impl Loads {
     }
 
     /// Labels where concentrated loads act or distributed ones begin and end: the fields have kinks there.
-    pub(crate) fn cuts(&self) -> Vec<f64> {
+    pub(crate) fn cuts(&self) -> impl Iterator<Item = f64> {
         let concentrated = self.wrenches.iter().filter_map(|w| match w.station {
             Station::Label(label) => Some(label),
             Station::Tip => None,
         });
-        concentrated.chain(self.distributed.iter().flat_map(|d| [d.from, d.to])).collect()
+        concentrated.chain(self.distributed.iter().flat_map(|d| [d.from, d.to]))
     }
 }
 
