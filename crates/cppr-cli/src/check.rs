@@ -1,0 +1,37 @@
+//! `cppr check`: is a robot file right?
+
+use crate::Failure;
+use crate::command::read_robot;
+use crate::output::print;
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr check robots/r3.toml
+  cppr check robots/r1.toml robots/childs3.toml";
+
+/// Arguments of `cppr check`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot files (TOML)
+    #[arg(required = true, value_name = "ROBOT")]
+    robots: Vec<PathBuf>,
+}
+
+/// Reports every file; fails where one is wrong.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut problems = Vec::new();
+    for path in &args.robots {
+        match read_robot(path) {
+            Ok((_, robot)) => {
+                let (count, mm) = (robot.tube_count(), robot.length() * 1e3);
+                let tubes = if count == 1 { "1 tube".into() } else { format!("{count} tubes") };
+                let plane = if robot.is_planar() { "planar" } else { "in space" };
+                print(&format!("{}: {tubes}, {mm} mm long, {plane}: fine\n", path.display()))?;
+            }
+            Err(Failure::Input(message) | Failure::NoEquilibrium(message)) => problems.push(message),
+        }
+    }
+    if problems.is_empty() { Ok(()) } else { Err(Failure::Input(problems.join("\n"))) }
+}

@@ -1,0 +1,201 @@
+//! The options that say what is asked of a robot, and the command they make.
+
+use crate::Failure;
+use crate::quantity::{ForTube, Kind, for_tube, scalar, vector};
+use cppr::Vector3;
+use cppr::design::Robot;
+use cppr::kinematics::Resolution;
+use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr_io::RobotFile;
+use std::path::Path;
+
+/// Which conditions of equilibrium are solved.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum FormulationArg {
+    /// Stationary total energy.
+    Consistent,
+    /// The paper's projection of wrenches, for comparison.
+    Printed,
+}
+
+/// Actuation, loads and how to solve; shared by all sub-commands that solve.
+#[derive(clap::Args)]
+pub struct CommandArgs {
+    /// Pull a follower by a length (push: negative). Without K= tube 2; repeat for more tubes
+    #[arg(long, value_name = "[K=]LENGTH", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Length))]
+    pull: Vec<ForTube>,
+    /// Turn a follower's base, right-handed about the insertion axis
+    #[arg(long, value_name = "[K=]ANGLE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Angle))]
+    rotate: Vec<ForTube>,
+    /// Pull a follower with a force instead
+    #[arg(long, value_name = "[K=]FORCE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Force))]
+    tension: Vec<ForTube>,
+    /// Turn a follower with a torque instead
+    #[arg(long, value_name = "[K=]MOMENT", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Moment))]
+    torque: Vec<ForTube>,
+    /// --rotate means the angle between follower and leader at the plate (the paper's Figure 22), not the motor
+    #[arg(long)]
+    relative_angle: bool,
+    /// Force on the tip, base frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Force))]
+    tip_force: Option<[f64; 3]>,
+    /// Moment on the tip, base frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Moment))]
+    tip_moment: Option<[f64; 3]>,
+    /// Where the tip force acts, in the tip's frame; default its centre
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Length))]
+    tip_point: Option<[f64; 3]>,
+    /// Tip force and moment turn with the tip
+    #[arg(long)]
+    follower_load: bool,
+    /// Force at a section along the robot, for instance 60mm:0,0.1,0N
+    #[arg(long, value_name = "AT:X,Y,Z", allow_hyphen_values = true, value_parser = point_force)]
+    point_force: Vec<(f64, [f64; 3])>,
+    /// Force per length on a stretch of the robot, for instance 0..100mm:0,-1,0N/m
+    #[arg(long, value_name = "FROM..TO:X,Y,Z", allow_hyphen_values = true, value_parser = distributed)]
+    distributed: Vec<DistributedForce>,
+    /// Gravity on all tubes, for instance 0,0,-9.81m/s2
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Acceleration))]
+    gravity: Option<[f64; 3]>,
+    /// Thread from the tip over a pulley, for instance 0.1962N:150,-24,0mm or, with radius and
+    /// side, 0.1962N:150,-24,0mm:4mm:right
+    #[arg(long, value_name = "FORCE:X,Y,Z[:RADIUS[:SIDE]]", value_parser = thread)]
+    thread: Vec<Thread>,
+    /// Conditions of equilibrium
+    #[arg(long, value_enum, default_value_t = FormulationArg::Consistent)]
+    formulation: FormulationArg,
+    /// Let the tubes stretch
+    #[arg(long)]
+    stretch: bool,
+    /// Five modes, nothing leaves the plane: fast, blind to lateral instability
+    #[arg(long)]
+    planar: bool,
+    /// Multiply modes and nodes, to see whether the answer stays
+    #[arg(long, value_name = "FACTOR", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=8))]
+    refine: u8,
+}
+
+fn point_force(text: &str) -> Result<(f64, [f64; 3]), String> {
+    let (at, force) =
+        text.split_once(':').ok_or("write place and force, for instance 60mm:0,0.1,0N".to_string())?;
+    Ok((scalar(at, Kind::Length)?, vector(force, Kind::Force)?))
+}
+
+fn distributed(text: &str) -> Result<DistributedForce, String> {
+    let example = "write a stretch and a force per length, for instance 0..100mm:0,-1,0N/m";
+    let (span, force) = text.split_once(':').ok_or(example.to_string())?;
+    let (from, to) = span.split_once("..").ok_or(example.to_string())?;
+    let end = scalar(to, Kind::Length)?;
+    // The first end may share the unit of the second.
+    let unit: String = to.chars().skip_while(|c| !c.is_alphabetic() && *c != 'µ').collect();
+    let start = scalar(from, Kind::Length).or_else(|_| scalar(&format!("{from}{unit}"), Kind::Length))?;
+    let force = Vector3::from(vector(force, Kind::ForcePerLength)?);
+    Ok(DistributedForce { force, from: start, to: end })
+}
+
+fn thread(text: &str) -> Result<Thread, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let (tension, pulley, rest) = match parts[..] {
+        [tension, pulley, ref rest @ ..] if rest.len() <= 2 => (tension, pulley, rest),
+        _ => return Err("write tension and pulley, for instance 0.1962N:150,-24,0mm:4mm:left".into()),
+    };
+    let left = match rest.get(1) {
+        None | Some(&"left") => true,
+        Some(&"right") => false,
+        Some(side) => return Err(format!("the side is left or right, not {side}")),
+    };
+    Ok(Thread {
+        tension: scalar(tension, Kind::Force)?,
+        pulley: vector(pulley, Kind::Length)?.into(),
+        radius: rest.first().map_or(Ok(0.0), |r| scalar(r, Kind::Length))?,
+        left,
+        point: Vector3::zeros(),
+    })
+}
+
+impl CommandArgs {
+    /// Settings of the solver.
+    pub fn settings(&self) -> Settings {
+        let base = if self.planar { Resolution::PLANAR } else { Resolution::SPATIAL };
+        let resolution = base.refined(usize::from(self.refine));
+        let formulation = match self.formulation {
+            FormulationArg::Consistent => Formulation::Consistent,
+            FormulationArg::Printed => Formulation::Printed,
+        };
+        let settings = Settings { formulation, ..Settings::default() }.with_resolution(resolution);
+        if self.stretch { settings.with_stretch() } else { settings }
+    }
+
+    /// The command for a robot.
+    pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
+        let mut command = Command { loads: self.loads(), ..Command::held(robot) };
+        if self.relative_angle {
+            command.knob = RotationKnob::RelativeAngle;
+        }
+        let mut taken: Vec<(usize, bool)> = Vec::new();
+        for (name, list, turns, drive) in [
+            ("--pull", &self.pull, false, Drive::Motion as fn(f64) -> Drive),
+            ("--tension", &self.tension, false, Drive::Effort),
+            ("--rotate", &self.rotate, true, Drive::Motion),
+            ("--torque", &self.torque, true, Drive::Effort),
+        ] {
+            for &ForTube { tube, value } in list {
+                let Some(actuator) = command.actuators.get_mut(tube - 2) else {
+                    return Err(Failure::Input(no_such_tube(name, tube, robot)));
+                };
+                if taken.contains(&(tube, turns)) {
+                    let what = if turns { "rotation or torque" } else { "motion or force" };
+                    return Err(Failure::Input(format!("{name}: tube {tube} has its {what} given twice")));
+                }
+                taken.push((tube, turns));
+                let target: &mut Drive = match (turns, actuator) {
+                    (true, Actuator { rotation, .. }) => rotation,
+                    (false, Actuator { push_pull, .. }) => push_pull,
+                };
+                *target = drive(value);
+            }
+        }
+        Ok(command)
+    }
+
+    fn loads(&self) -> Loads {
+        let point = self.tip_point.unwrap_or_default().into();
+        let frame = if self.follower_load { Frame::Section } else { Frame::World };
+        let mut loads = Loads::none();
+        if self.tip_force.is_some() || self.tip_moment.is_some() {
+            loads.wrenches.push(Wrench {
+                force: self.tip_force.unwrap_or_default().into(),
+                moment: self.tip_moment.unwrap_or_default().into(),
+                frame,
+                station: Station::Tip,
+                point,
+            });
+        }
+        for &(at, force) in &self.point_force {
+            let wrench = Wrench::tip_force(force.into());
+            loads.wrenches.push(Wrench { station: Station::Label(at), ..wrench });
+        }
+        loads.distributed.clone_from(&self.distributed);
+        loads.gravity = self.gravity.map(Vector3::from);
+        loads.threads = self.thread.iter().map(|t| Thread { point, ..*t }).collect();
+        loads
+    }
+}
+
+fn no_such_tube(option: &str, tube: usize, robot: &Robot) -> String {
+    match robot.tube_count() {
+        1 => format!("{option}: this robot has only its leader, nothing to actuate"),
+        count => format!("{option}: there is no tube {tube}; the followers of this robot are 2 to {count}"),
+    }
+}
+
+/// Reads a robot file and builds its robot.
+pub fn read_robot(path: &Path) -> Result<(RobotFile, Robot), Failure> {
+    let file = cppr_io::robot_file::read(path).map_err(|p| Failure::Input(p.to_string()))?;
+    let robot = Robot::new(file.design.clone()).map_err(|problems| {
+        let list: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+        Failure::Input(list.join("\n"))
+    })?;
+    Ok((file, robot))
+}

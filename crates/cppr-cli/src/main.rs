@@ -1,0 +1,72 @@
+//! The program `cppr`: statics of concentric push-pull robots from a shell.
+//!
+//! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.
+
+mod check;
+mod command;
+mod figure;
+mod output;
+mod quantity;
+mod report;
+mod section;
+mod solve;
+mod table;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Statics of concentric push-pull robots: nested notched tubes, joined at the tip.
+#[derive(Parser)]
+#[command(name = "cppr", version, arg_required_else_help = true, after_help = HELP)]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+const HELP: &str = "\
+First steps:
+  cppr check robots/r3.toml
+  cppr solve robots/r3.toml --pull 5mm --plot r3.svg
+  cppr section robots/r3.toml --plot sections.svg
+
+Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.";
+
+#[derive(Subcommand)]
+enum Task {
+    /// The equilibrium shape of a robot under actuation and loads.
+    #[command(after_help = solve::EXAMPLES)]
+    Solve(Box<solve::Args>),
+    /// Section properties along the tubes.
+    #[command(after_help = section::EXAMPLES)]
+    Section(section::Args),
+    /// Checks robot files and reports every problem.
+    #[command(after_help = check::EXAMPLES)]
+    Check(check::Args),
+}
+
+/// Why the program ends without having done its task.
+enum Failure {
+    /// Something given is wrong: a file, a value, a place to write to.
+    Input(String),
+    /// There is no equilibrium where one was asked for.
+    NoEquilibrium(String),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().task {
+        Task::Solve(args) => solve::run(&args),
+        Task::Section(args) => section::run(&args),
+        Task::Check(args) => check::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(message)) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+        Err(Failure::NoEquilibrium(message)) => {
+            eprintln!("{message}");
+            ExitCode::from(3)
+        }
+    }
+}

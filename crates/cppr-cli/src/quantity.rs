@@ -1,0 +1,147 @@
+//! Values with units as they are typed: `5mm`, `-0.5N`, `30deg`, `0,0,-0.5N`. All become SI.
+
+/// What a value measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// m
+    Length,
+    /// rad
+    Angle,
+    /// N
+    Force,
+    /// N m
+    Moment,
+    /// N/m
+    ForcePerLength,
+    /// m/s²
+    Acceleration,
+}
+
+impl Kind {
+    /// Units with their SI values; the first is the one suggested.
+    fn units(self) -> &'static [(&'static str, f64)] {
+        const DEGREE: f64 = std::f64::consts::PI / 180.0;
+        match self {
+            Self::Length => &[("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("µm", 1e-6), ("m", 1.0)],
+            Self::Angle => &[("deg", DEGREE), ("°", DEGREE), ("rad", 1.0)],
+            Self::Force => &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3)],
+            Self::Moment => &[("Nmm", 1e-3), ("mNm", 1e-3), ("Nm", 1.0)],
+            Self::ForcePerLength => &[("N/m", 1.0), ("mN/m", 1e-3), ("N/mm", 1e3)],
+            Self::Acceleration => &[("m/s2", 1.0), ("m/s²", 1.0), ("g", 9.81)],
+        }
+    }
+
+    /// Splits a text into number and unit; the unit's SI value.
+    fn split(self, text: &str) -> Option<(f64, f64)> {
+        let mut units: Vec<_> = self.units().to_vec();
+        units.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
+        units.iter().find_map(|(name, value)| {
+            let number = text.strip_suffix(name)?.trim_end().parse::<f64>().ok()?;
+            Some((number, *value))
+        })
+    }
+
+    fn known(self) -> String {
+        self.units().iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+    }
+}
+
+fn finite(value: f64, text: &str) -> Result<f64, String> {
+    if value.is_finite() { Ok(value) } else { Err(format!("{text} is not a finite number")) }
+}
+
+/// One value with its unit.
+pub fn scalar(text: &str, kind: Kind) -> Result<f64, String> {
+    let text = text.trim();
+    if let Some((number, unit)) = kind.split(text) {
+        return finite(number * unit, text);
+    }
+    Err(match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => {
+            format!("{text} has no unit: write for instance {text}{}", kind.units()[0].0)
+        }
+        Ok(_) => format!("{text} is not a finite number"),
+        Err(_) => format!("{text} is not a number with a unit; known units here: {}", kind.known()),
+    })
+}
+
+/// Three values: one unit behind the last serves all, or each has its own.
+pub fn vector(text: &str, kind: Kind) -> Result<[f64; 3], String> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let [x, y, z] = parts[..] else {
+        return Err(format!(
+            "{text} has {} components: write three, for instance 0,0,-0.5{}",
+            parts.len(),
+            kind.units()[0].0
+        ));
+    };
+    let last = scalar(z, kind)?;
+    let shared = kind.split(z).map_or(1.0, |(_, unit)| unit);
+    let component = |part: &str| match part.parse::<f64>() {
+        Ok(number) => finite(number * shared, part),
+        Err(_) => scalar(part, kind),
+    };
+    Ok([component(x)?, component(y)?, last])
+}
+
+/// A value for one follower: `K=VALUE`, or `VALUE` for tube 2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForTube {
+    /// Tube number as in the paper.
+    pub tube: usize,
+    /// Value in SI.
+    pub value: f64,
+}
+
+/// Reads `[K=]VALUE`.
+pub fn for_tube(text: &str, kind: Kind) -> Result<ForTube, String> {
+    let Some((tube, value)) = text.split_once('=') else {
+        return Ok(ForTube { tube: 2, value: scalar(text, kind)? });
+    };
+    match tube.trim().parse::<usize>() {
+        Ok(1) => Err("tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into()),
+        Ok(tube) if tube >= 2 => Ok(ForTube { tube, value: scalar(value, kind)? }),
+        _ => Err(format!("{tube} is no tube number: write for instance 2={value}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Kind, for_tube, scalar, vector};
+
+    #[test]
+    fn units_become_si() {
+        let close = |text: &str, kind, want: f64| {
+            let got = scalar(text, kind).unwrap();
+            assert!((got - want).abs() <= 1e-15 * want.abs(), "{text}: {got}");
+        };
+        close("5mm", Kind::Length, 5e-3);
+        close("-2.5e1 um", Kind::Length, -25e-6);
+        close("1e-3m", Kind::Length, 1e-3);
+        close("180deg", Kind::Angle, std::f64::consts::PI);
+        close("20Nmm", Kind::Moment, 0.02);
+        close("500mN", Kind::Force, 0.5);
+        close("-1g", Kind::Acceleration, -9.81);
+        assert_eq!(vector("0,1,-0.5N", Kind::Force).unwrap(), [0.0, 1.0, -0.5]);
+        assert_eq!(vector("1mm, 2cm,3 mm", Kind::Length).unwrap(), [1e-3, 2e-2, 3e-3]);
+        let third = for_tube("3=-1mm", Kind::Length).unwrap();
+        assert_eq!((third.tube, third.value), (3, -1e-3));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let says = |text: &str, kind, part: &str| {
+            let message = scalar(text, kind).unwrap_err();
+            assert!(message.contains(part), "{text}: {message}");
+        };
+        says("5", Kind::Length, "write for instance 5mm");
+        says("5N", Kind::Length, "known units here: mm");
+        says("nanmm", Kind::Length, "not a finite number");
+        says("inf", Kind::Force, "not a finite number");
+        says("", Kind::Force, "known units");
+        assert!(vector("0,1N", Kind::Force).unwrap_err().contains("2 components"));
+        assert!(vector("0,1,2", Kind::Force).unwrap_err().contains("2N"));
+        assert!(for_tube("1=3mm", Kind::Length).unwrap_err().contains("leader"));
+        assert!(for_tube("x=3mm", Kind::Length).unwrap_err().contains("tube number"));
+    }
+}

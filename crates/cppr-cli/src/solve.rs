@@ -1,0 +1,91 @@
+//! `cppr solve`: the equilibrium of a robot.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::figure;
+use crate::output::{is_stdout, print, write_or_print};
+use crate::report;
+use crate::table::table;
+use cppr::analysis::{Shape, stability::stability};
+use cppr::solve::{Workspace, solve};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr solve robots/r3.toml --pull 5mm
+  cppr solve robots/r3.toml --pull 5mm --plot r3.svg
+  cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N
+  cppr solve robots/r1.toml --tension 3N --torque 20Nmm --formulation printed --stretch --plot shape.svg --json shape.json
+  cppr solve robots/r4.toml --pull -4mm --tip-force 0,0.1,0N --tip-point 0,3.056,0mm --gravity 0,0,-1g --csv fields.csv
+  cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
+  cppr solve robots/helicoid.toml --pull 10mm --json -
+
+Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g.
+Exit codes: 0 solved (also where the equilibrium is unstable: the table says so), 2 wrong input,
+3 no equilibrium found.";
+
+/// Arguments of `cppr solve`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    #[command(flatten)]
+    command: CommandArgs,
+    /// Sections at which fields are written and lines drawn
+    #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    samples: u32,
+    /// Write the whole result, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the fields along the robot, - for standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw the shape, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+/// Solves, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    let both = [&args.json, &args.csv].iter().filter(|p| p.as_ref().is_some_and(|p| is_stdout(p))).count();
+    if both == 2 {
+        return Err(Failure::Input("--json - and --csv - cannot both go to standard output".into()));
+    }
+    let (_, robot) = read_robot(&args.robot)?;
+    let command = args.command.command(&robot)?;
+    let settings = args.command.settings();
+    let mut workspace = Workspace::new();
+    let start = Instant::now();
+    let found =
+        solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
+    let time = start.elapsed();
+    if !found.status.is_equilibrium() {
+        if let Some(path) = &args.json {
+            write_or_print(path, &report::failure(&robot, &found))?;
+        }
+        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+    }
+    let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
+    let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
+    if let Some(path) = &args.json {
+        write_or_print(path, &report::json(&robot, &found, &shape, margin))?;
+    }
+    if let Some(path) = &args.csv {
+        write_or_print(path, &report::csv(&shape))?;
+    }
+    if let (Some(path), Some(format)) = (&args.plot, plot) {
+        let rest = cppr::solve::Equilibrium::rest(&robot, &settings);
+        let rest = Shape::sampled(&robot, &mut workspace, &rest, args.samples as usize);
+        figure::write(path, format, &figure::shape(&robot, &found, &shape, &rest)?)?;
+    }
+    let text = table(&robot, &found, &shape, margin, time);
+    if both == 1 {
+        eprint!("{text}");
+        Ok(())
+    } else {
+        print(&text)
+    }
+}

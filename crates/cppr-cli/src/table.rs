@@ -1,0 +1,79 @@
+//! The short table that a person reads.
+
+use cppr::analysis::Shape;
+use cppr::design::Robot;
+use cppr::kinematics::Resolution;
+use cppr::solve::{Equilibrium, Formulation, Status};
+use std::fmt::Write;
+use std::time::Duration;
+
+/// −0.000 reads as a finding; it is none.
+fn plain(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        text.trim_start_matches('-').into()
+    } else {
+        text
+    }
+}
+
+/// Name, status, tip, efforts, margin, cost.
+pub fn table(
+    robot: &Robot,
+    found: &Equilibrium,
+    shape: &Shape,
+    margin: Option<f64>,
+    time: Duration,
+) -> String {
+    let mut text = String::new();
+    let formulation = match found.settings.formulation {
+        Formulation::Consistent => "consistent formulation",
+        Formulation::Printed => "formulation as printed",
+    };
+    let stretch = if found.settings.resolution.stretch > 0 { ", with stretch" } else { "" };
+    let plane = if found.settings.resolution.angle == 0 && found.settings.resolution != Resolution::SPATIAL {
+        ", in the plane"
+    } else {
+        ""
+    };
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "  {name:<22}{value}");
+    };
+    line("formulation", format!("{formulation}{stretch}{plane}"));
+    line("status", found.status.to_string());
+    if let Some(tip) = shape.sections.last() {
+        let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
+        line("tip position", format!("{} mm", three((tip.centre * 1e3).into(), 3)));
+        let direction = tip.rotation.column(0);
+        line("tip direction", three([direction.x, direction.y, direction.z], 5));
+        let bend = direction.y.hypot(direction.z).atan2(direction.x).to_degrees();
+        line("bend angle", format!("{:>10} deg", plain(bend, 3)));
+    }
+    for (f, a) in found.actuators.iter().enumerate() {
+        let name = format!("tube {}", f + 2);
+        let motion = format!("pulled {:>9} mm with {:>9} N", plain(a.motion * 1e3, 3), plain(a.tension, 4));
+        let turn = format!(
+            "turned {:>9} deg with {:>9} N mm",
+            plain(a.rotation.to_degrees(), 3),
+            plain(a.torque * 1e3, 4)
+        );
+        line(&name, motion);
+        line("", turn);
+    }
+    line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy * 1e3, 4)));
+    if let Some(margin) = margin {
+        line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
+    }
+    let s = found.statistics;
+    let steps = if s.load_steps > 0 { format!(", {} load steps", s.load_steps) } else { String::new() };
+    let time = time.as_secs_f64() * 1e6;
+    let time = if time < 1e3 { format!("{time:.0} µs") } else { format!("{:.1} ms", time * 1e-3) };
+    line("cost", format!("{} Newton steps{steps}, {time}", s.iterations));
+    if found.status == Status::Unstable {
+        line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
+    }
+    let mm = robot.length() * 1e3;
+    let count = robot.tube_count();
+    let tubes = if count == 1 { "tube" } else { "tubes" };
+    format!("{}: {count} {tubes}, {mm} mm\n{text}", robot.design().name)
+}
