@@ -20,6 +20,8 @@ pub enum FormulationArg {
 }
 
 /// Actuation, loads and how to solve; shared by all sub-commands that solve.
+// Flags of a command line are booleans by nature.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(clap::Args)]
 pub struct CommandArgs {
     /// Pull a follower by a length (push: negative). Without K= tube 2; repeat for more tubes
@@ -60,7 +62,7 @@ pub struct CommandArgs {
     gravity: Option<[f64; 3]>,
     /// Thread from the tip over a pulley, for instance 0.1962N:150,-24,0mm or, with radius and
     /// side, 0.1962N:150,-24,0mm:4mm:right
-    #[arg(long, value_name = "FORCE:X,Y,Z[:RADIUS[:SIDE]]", value_parser = thread)]
+    #[arg(long, value_name = "FORCE:X,Y,Z[:RADIUS[:SIDE]]", allow_hyphen_values = true, value_parser = thread)]
     thread: Vec<Thread>,
     /// Conditions of equilibrium
     #[arg(long, value_enum, default_value_t = FormulationArg::Consistent)]

@@ -106,6 +106,7 @@ pub fn for_tube(text: &str, kind: Kind) -> Result<ForTube, String> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)]
 mod tests {
     use super::{Kind, for_tube, scalar, vector};
 

@@ -118,10 +118,10 @@ fn loads(loads: &Loads) -> Value {
 
 /// The status where there is nothing else to say.
 pub fn failure(robot: &Robot, found: &Equilibrium) -> String {
-    pretty(Value::Object(head(robot, found)))
+    pretty(&Value::Object(head(robot, found)))
 }
 
-fn pretty(value: Value) -> String {
+fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
 }
 
@@ -148,7 +148,7 @@ pub fn json(robot: &Robot, found: &Equilibrium, shape: &Shape, margin: Option<f6
     put("elastic_energy_J", json!(found.elastic_energy));
     put("margin_to_instability", json!(margin));
     put("sections", Value::Array(shape.sections.iter().map(section).collect()));
-    pretty(Value::Object(map))
+    pretty(&Value::Object(map))
 }
 
 fn section(section: &Section) -> Value {

@@ -16,9 +16,12 @@ pub const EXAMPLES: &str = "\
 Examples:
   cppr solve robots/r3.toml --pull 5mm
   cppr solve robots/r3.toml --pull 5mm --plot r3.svg
-  cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N
-  cppr solve robots/r1.toml --tension 3N --torque 20Nmm --formulation printed --stretch --plot shape.svg --json shape.json
-  cppr solve robots/r4.toml --pull -4mm --tip-force 0,0.1,0N --tip-point 0,3.056,0mm --gravity 0,0,-1g --csv fields.csv
+  cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg
+  cppr solve robots/childs2.toml --pull 1mm --tip-force 0,0,-0.5N
+  cppr solve robots/r1.toml --tension 3N --torque 20Nmm --plot shape.svg --json shape.json
+  cppr solve robots/r1.toml --tension 3N --formulation printed --stretch
+  cppr solve robots/r4.toml --pull -4mm --tip-force 0,0.1,0N --tip-point 0,3.056,0mm
+  cppr solve robots/r4.toml --pull -4mm --gravity 0,0,-1g --csv fields.csv
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
   cppr solve robots/helicoid.toml --pull 10mm --json -
 

@@ -207,7 +207,10 @@ impl Finder<'_> {
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
         let assembly = &self.workspace.assembly;
+        // A follower that has slid by the robot's length has left it.
+        let inside = assembly.knobs.iter().all(|knob| knob[0].abs() < self.robot.length());
         result.status = match (outcome, stable) {
+            (Ok(()), _) if !inside => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
             (Ok(()), true) => Status::Converged,
             (Ok(()), false) => Status::Unstable,
             (Err(_), _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),

@@ -1,0 +1,298 @@
+//! The program as a user meets it: what it prints, writes, refuses, and its exit codes.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn cppr(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(root()).output().unwrap()
+}
+
+/// Runs in a folder of its own, robots beside it.
+fn cppr_in(folder: &Path, arguments: &[&str]) -> Output {
+    if !folder.join("robots").exists() {
+        std::os::unix::fs::symlink(root().join("robots"), folder.join("robots")).unwrap();
+    }
+    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[track_caller]
+fn refused(arguments: &[&str], fragment: &str) {
+    let output = cppr(arguments);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(message.contains(fragment), "{arguments:?}: {message}");
+    assert!(!message.contains("panicked"), "{message}");
+    assert!(output.stdout.is_empty());
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = cppr(arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn every_example_of_the_help_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen = 0;
+    for task in ["solve", "section", "check", ""] {
+        let help = text(
+            &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
+                .stdout,
+        );
+        for line in help.lines().map(str::trim).filter(|l| l.starts_with("cppr ")) {
+            let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
+            let output = cppr_in(folder.path(), &arguments);
+            assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+            seen += 1;
+        }
+    }
+    assert!(seen >= 14, "only {seen} examples found");
+    let left: Vec<String> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.starts_with('.'))
+        .collect();
+    assert!(left.is_empty(), "temporary files left: {left:?}");
+}
+
+#[test]
+fn the_table_holds_what_a_person_looks_for() {
+    let output = cppr(&["solve", "robots/r3.toml", "--pull", "5mm"]);
+    let table = text(&output.stdout);
+    for part in
+        ["R3", "converged, stable", "134.383", "-54.908", "33.345 deg", "1.5122 N", "margin", "Newton steps"]
+    {
+        assert!(table.contains(part), "{part} is missing in\n{table}");
+    }
+}
+
+fn no_null(value: &Value, path: &str) {
+    match value {
+        // A number that is not finite becomes null.
+        Value::Null => assert!(path.ends_with("gravity_m_s2"), "{path} is null"),
+        Value::Array(list) => list.iter().for_each(|v| no_null(v, path)),
+        Value::Object(map) => map.iter().for_each(|(k, v)| no_null(v, &format!("{path}/{k}"))),
+        _ => {}
+    }
+}
+
+#[test]
+fn json_is_whole_and_finite() {
+    let result = json(&[
+        "solve",
+        "robots/childs3.toml",
+        "--pull",
+        "2=1mm",
+        "--pull",
+        "3=-0.5mm",
+        "--rotate",
+        "2=30deg",
+        "--tip-force",
+        "0,0,-0.5N",
+        "--samples",
+        "11",
+        "--json",
+        "-",
+    ]);
+    assert_eq!(result["schema_version"], 1);
+    assert_eq!(result["status"], "converged");
+    assert_eq!(result["sections"].as_array().unwrap().len(), 11);
+    assert_eq!(result["sections"][3]["tubes"].as_array().unwrap().len(), 3);
+    let number = |value: &Value| value.as_f64().unwrap();
+    assert!((number(&result["actuators"][0]["pull_m"]) - 1e-3).abs() < 1e-12);
+    assert!((number(&result["actuators"][0]["rotation_rad"]) - 30_f64.to_radians()).abs() < 1e-9);
+    assert!((number(&result["command"]["loads"]["wrenches"][0]["force_N"][2]) + 0.5).abs() < 1e-15);
+    // The tip is the last section.
+    assert_eq!(result["tip_position_m"], result["sections"][10]["centre_m"]);
+    no_null(&result, "");
+}
+
+#[test]
+fn loads_reach_the_solver() {
+    let tip = |extra: &[&str]| -> Vec<f64> {
+        let arguments = [&["solve", "robots/r1.toml", "--pull", "2mm", "--json", "-"], extra].concat();
+        let result = json(&arguments);
+        result["tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let free = tip(&[]);
+    let moved = |extra: &[&str], axis: usize, sign: f64| {
+        let by = tip(extra)[axis] - free[axis];
+        assert!(by * sign > 1e-6, "{extra:?} moves the tip by {by} m along {axis}");
+    };
+    moved(&["--tip-force", "0,0,0.1N"], 2, 1.0);
+    moved(&["--tip-force", "0,-100,0mN"], 1, -1.0);
+    moved(&["--tip-moment", "0,5,0Nmm"], 2, -1.0);
+    moved(&["--point-force", "80mm:0,0,0.2N"], 2, 1.0);
+    moved(&["--distributed", "20..100mm:0,0,-2N/m"], 2, -1.0);
+    moved(&["--gravity", "0,0,-1g"], 2, -1.0);
+    moved(&["--thread", "0.1962N:150,-240,0mm:4mm:right"], 1, -1.0);
+    moved(&["--rotate", "20deg"], 2, -1.0);
+    let stretched = tip(&["--stretch"]);
+    assert!((stretched[1] - free[1]).abs() > 1e-6);
+    let printed = tip(&["--formulation", "printed", "--tip-force", "0,0.1,0N"]);
+    let consistent = tip(&["--tip-force", "0,0.1,0N"]);
+    assert!((printed[1] - consistent[1]).abs() > 1e-5, "both formulations give the same");
+    let planar = tip(&["--planar", "--tip-force", "0,0.1,0N"]);
+    assert!((planar[1] - consistent[1]).abs() < 1e-6);
+}
+
+#[test]
+fn forces_may_be_given_instead_of_motions() {
+    let pulled = json(&["solve", "robots/r1.toml", "--pull", "3mm", "--rotate", "10deg", "--json", "-"]);
+    let actuator = &pulled["actuators"][0];
+    let tension = format!("{}N", actuator["tension_N"]);
+    let torque = format!("{}Nm", actuator["torque_Nm"]);
+    let driven =
+        json(&["solve", "robots/r1.toml", "--tension", &tension, "--torque", &torque, "--json", "-"]);
+    let motion = driven["actuators"][0]["pull_m"].as_f64().unwrap();
+    assert!((motion - 3e-3).abs() < 1e-8, "{motion}");
+}
+
+#[test]
+fn csv_has_a_row_per_section_and_a_unit_per_column() {
+    let output = cppr(&["solve", "robots/r3.toml", "--pull", "-5mm", "--samples", "21", "--csv", "-"]);
+    let csv = text(&output.stdout);
+    let mut lines = csv.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(head.len(), 5 + 2 * 15);
+    for name in &head {
+        let unitless = name.ends_with("rate") || name.ends_with("stretch");
+        let units = ["_m", "_N", "_Nm", "_1_m", "_rad_m", "_J_m"];
+        assert!(unitless || units.iter().any(|u| name.ends_with(u)), "{name} has no unit");
+    }
+    let rows: Vec<Vec<f64>> =
+        lines.map(|l| l.split(',').map(|v| v.parse::<f64>().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 21);
+    assert!(rows.iter().flatten().all(|v| v.is_finite()));
+    // Pushed by 5 mm: the section of tube 2 at the plate was 5 mm below it.
+    let face = head.iter().position(|h| *h == "tube2_abscissa_m").unwrap();
+    assert!((rows[0][face] + 5e-3).abs() < 1e-9);
+    assert!(text(&output.stderr).contains("converged"), "the table goes to standard error");
+}
+
+#[test]
+fn figures_are_well_formed() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = |arguments: &[&str]| assert_eq!(cppr_in(folder.path(), arguments).status.code(), Some(0));
+    plot(&["solve", "robots/r3.toml", "--pull", "5mm", "--plot", "r3.svg"]);
+    plot(&["solve", "robots/helicoid.toml", "--pull", "10mm", "--plot", "helicoid.png"]);
+    plot(&["section", "robots/r3.toml", "--plot", "sections.svg"]);
+    for name in ["r3.svg", "sections.svg"] {
+        let svg = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        assert_eq!(document.root_element().tag_name().name(), "svg");
+        assert!(svg.contains("tube 2") && svg.contains("mm"));
+    }
+    let png = std::fs::read(folder.path().join("helicoid.png")).unwrap();
+    assert_eq!(&png[1..4], b"PNG");
+}
+
+#[test]
+fn section_prints_the_properties() {
+    let table = text(&cppr(&["section", "robots/r1.toml", "--tube", "1", "--samples", "2"]).stdout);
+    // A = 3.0975 mm², D = 2.4063 mm (appendix B), f_D D = 3.0560 mm, EI_Z = 1153.2 N mm².
+    for number in ["3.0975", "2.4063", "3.0560", "1153.24"] {
+        assert!(table.contains(number), "{number} is missing in\n{table}");
+    }
+    refused(&["section", "robots/r1.toml", "--tube", "4"], "there is no tube 4; this robot has 1 to 2");
+}
+
+#[test]
+fn wrong_values_are_refused_with_what_to_write() {
+    let solve = |extra: &[&'static str], fragment: &str| {
+        refused(&[&["solve", "robots/r1.toml"], extra].concat(), fragment);
+    };
+    solve(&["--pull", "5"], "5 has no unit: write for instance 5mm");
+    solve(&["--pull", "5N"], "known units here: mm");
+    solve(&["--pull", "nanmm"], "not a finite number");
+    solve(&["--pull", "infm"], "not a finite number");
+    solve(&["--pull", "3=5mm"], "there is no tube 3; the followers of this robot are 2 to 2");
+    solve(&["--pull", "1=5mm"], "tube 1 is the leader");
+    solve(&["--pull", "5mm", "--tension", "2N"], "given twice");
+    solve(&["--pull", "5m"], "Check the unit");
+    solve(&["--tip-force", "0,0N"], "2 components");
+    solve(&["--tip-force", "0,0,1"], "1 has no unit");
+    solve(&["--point-force", "200mm:0,1,0N"], "200.000 mm");
+    solve(&["--thread", "-1N:1,1,1mm"], "negative");
+    solve(&["--thread", "1N:1,1,1mm:1mm:up"], "left or right");
+    solve(&["--plot", "shape.pdf"], ".svg or .png");
+    solve(&["--plot", "no/such/folder/shape.svg"], "no/such/folder");
+    solve(&["--json", "-", "--csv", "-"], "cannot both");
+    solve(&["--samples", "1"], "2..=100000");
+    solve(&["--planar", "--rotate", "5deg"], "planar");
+    solve(&["--pul", "5mm"], "--pull");
+    refused(&["solve", "robots/childs2.toml", "--stretch"], "axial stiffness");
+    refused(&["solve", "robots/none.toml"], "none.toml");
+    refused(&["solve", "robots"], "robots");
+    let both = cppr(&["check", "Cargo.toml", "robots/r1.toml"]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(text(&both.stderr).contains("Cargo.toml:1") && text(&both.stdout).contains("fine"));
+}
+
+#[test]
+fn check_reports_every_problem_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("broken.toml");
+    let good = std::fs::read_to_string(root().join("robots/r1.toml")).unwrap();
+    let broken = good
+        .replace("length_mm = 150", "length = 150")
+        .replace("outer_radius_mm = 1.5", "outer_radius_mm = 2.5");
+    assert_ne!(good, broken);
+    std::fs::write(&path, broken).unwrap();
+    let output = cppr(&["check", path.to_str().unwrap()]);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(message.contains("length_mm = 150") && message.contains("does not fit"), "{message}");
+    std::fs::write(&path, "").unwrap();
+    assert_eq!(cppr(&["check", path.to_str().unwrap()]).status.code(), Some(2));
+    std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
+    assert_eq!(cppr(&["check", path.to_str().unwrap()]).status.code(), Some(2));
+}
+
+#[test]
+fn where_there_is_no_equilibrium_the_program_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "solve",
+        "robots/r1.toml",
+        "--tension",
+        "1e6N",
+        "--json",
+        "out.json",
+        "--csv",
+        "out.csv",
+        "--plot",
+        "out.svg",
+    ];
+    let output = cppr_in(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
+    assert!(text(&output.stderr).contains("not converged"), "{}", text(&output.stderr));
+    assert!(output.stdout.is_empty());
+    let result: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("out.json")).unwrap()).unwrap();
+    assert_eq!(result["status"], "not_converged");
+    assert!(result.get("tip_position_m").is_none(), "numbers that mean nothing are written");
+    assert!(!folder.path().join("out.csv").exists() && !folder.path().join("out.svg").exists());
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let line = format!(
+        "{} solve robots/r3.toml --samples 20000 --csv - 2>/dev/null | head -1",
+        env!("CARGO_BIN_EXE_cppr")
+    );
+    let output = Command::new("sh").args(["-c", &line]).current_dir(root()).output().unwrap();
+    assert!(text(&output.stdout).starts_with("x_m,"));
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+}
