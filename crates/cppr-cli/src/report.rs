@@ -46,7 +46,7 @@ fn head(robot: &Robot, found: &Equilibrium) -> Map<String, Value> {
             "nodes": resolution.nodes,
         },
         "status": status,
-        "status_text": found.status.to_string(),
+        "status_text": crate::table::status(found),
         "statistics": {
             "newton_iterations": found.statistics.iterations,
             "evaluations": found.statistics.evaluations,

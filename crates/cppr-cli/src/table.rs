@@ -17,6 +17,14 @@ fn plain(value: f64, digits: usize) -> String {
     }
 }
 
+/// The status in words. The printed formulation has no energy to judge stability by.
+pub fn status(found: &Equilibrium) -> String {
+    match (found.status, found.settings.formulation) {
+        (Status::Converged, Formulation::Printed) => "converged; its stability is not known".into(),
+        (status, _) => status.to_string(),
+    }
+}
+
 /// Name, status, tip, efforts, margin, cost.
 pub fn table(
     robot: &Robot,
@@ -40,7 +48,7 @@ pub fn table(
         let _ = writeln!(text, "  {name:<22}{value}");
     };
     line("formulation", format!("{formulation}{stretch}{plane}"));
-    line("status", found.status.to_string());
+    line("status", status(found));
     if let Some(tip) = shape.sections.last() {
         let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
         line("tip position", format!("{} mm", three((tip.centre * 1e3).into(), 3)));

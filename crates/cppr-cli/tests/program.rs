@@ -66,6 +66,26 @@ fn every_example_of_the_help_works() {
     assert!(left.is_empty(), "temporary files left: {left:?}");
 }
 
+/// Commands of README and book, as a newcomer copies them.
+#[test]
+fn every_command_of_the_documentation_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen = 0;
+    for page in ["README.md", "docs/src/tutorial.md"] {
+        let page = std::fs::read_to_string(root().join(page)).unwrap();
+        for line in page.lines().filter_map(|l| l.strip_prefix("    cargo run --release -- ")) {
+            let arguments: Vec<&str> = line.split_whitespace().filter(|a| *a != "robots/*.toml").collect();
+            let robots = ["robots/r1.toml", "robots/helicoid.toml"];
+            let all =
+                if line.contains("robots/*.toml") { [&arguments[..], &robots].concat() } else { arguments };
+            let output = cppr_in(folder.path(), &all);
+            assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+            seen += 1;
+        }
+    }
+    assert!(seen >= 11, "only {seen} commands found");
+}
+
 #[test]
 fn the_table_holds_what_a_person_looks_for() {
     let output = cppr(&["solve", "robots/r3.toml", "--pull", "5mm"]);
