@@ -3,6 +3,7 @@
 use crate::Failure;
 use crate::command::read_robot;
 use crate::output::print;
+use crate::table::millimetres;
 use std::path::PathBuf;
 
 /// Shown by `--help`.
@@ -25,7 +26,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for path in &args.robots {
         match read_robot(path) {
             Ok((_, robot)) => {
-                let (count, mm) = (robot.tube_count(), robot.length() * 1e3);
+                let (count, mm) = (robot.tube_count(), millimetres(robot.length()));
                 let tubes = if count == 1 { "1 tube".into() } else { format!("{count} tubes") };
                 let plane = if robot.is_planar() { "planar" } else { "in space" };
                 print(&format!("{}: {tubes}, {mm} mm long, {plane}: fine\n", path.display()))?;

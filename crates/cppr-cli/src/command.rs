@@ -3,12 +3,16 @@
 use crate::Failure;
 use crate::quantity::{ForTube, Kind, for_tube, scalar, vector};
 use cppr::Vector3;
+use cppr::analysis::Shape;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr_io::RobotFile;
 use std::path::Path;
+
+/// Distance from an eyelet (m) up to which the tip is in it.
+const CONTACT: f64 = 1e-6;
 
 /// Which conditions of equilibrium are solved.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -92,6 +96,9 @@ fn distributed(text: &str) -> Result<DistributedForce, String> {
     // The first end may share the unit of the second.
     let unit: String = to.chars().skip_while(|c| !c.is_alphabetic() && *c != 'µ').collect();
     let start = scalar(from, Kind::Length).or_else(|_| scalar(&format!("{from}{unit}"), Kind::Length))?;
+    if start >= end {
+        return Err(format!("{span} does not lead towards the tip: write the smaller abscissa first"));
+    }
     let force = Vector3::from(vector(force, Kind::ForcePerLength)?);
     Ok(DistributedForce { force, from: start, to: end })
 }
@@ -107,10 +114,16 @@ fn thread(text: &str) -> Result<Thread, String> {
         Some(&"right") => false,
         Some(side) => return Err(format!("the side is left or right, not {side}")),
     };
+    let not_negative = |what: &str, text: &str, kind| match scalar(text, kind)? {
+        value if value < 0.0 => Err(format!("{what} is {text}; it cannot be negative")),
+        value => Ok(value),
+    };
     Ok(Thread {
-        tension: scalar(tension, Kind::Force)?,
+        tension: not_negative("the tension of the thread", tension, Kind::Force)?,
         pulley: vector(pulley, Kind::Length)?.into(),
-        radius: rest.first().map_or(Ok(0.0), |r| scalar(r, Kind::Length))?,
+        radius: rest
+            .first()
+            .map_or(Ok(0.0), |r| not_negative("the radius of the pulley", r, Kind::Length))?,
         left,
         point: Vector3::zeros(),
     })
@@ -129,8 +142,64 @@ impl CommandArgs {
         if self.stretch { settings.with_stretch() } else { settings }
     }
 
+    /// Options that say something about a load that is not there, or that the model would not see.
+    fn check(&self, robot: &Robot) -> Result<(), Failure> {
+        let fail = |message: &str| Err(Failure::Input(message.into()));
+        if self.follower_load && self.tip_force.is_none() && self.tip_moment.is_none() {
+            return fail("--follower-load says how a tip load turns: add --tip-force or --tip-moment");
+        }
+        if self.tip_point.is_some() && self.tip_force.is_none() && self.thread.is_empty() {
+            return fail("--tip-point says where a force acts: add --tip-force or --thread");
+        }
+        let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
+        if self.gravity.is_some() && (0..robot.tube_count()).all(massless) {
+            return fail(
+                "--gravity: this robot has no mass; add density_kg_m3 or mass_per_length_g_m to its file",
+            );
+        }
+        if !self.planar {
+            return Ok(());
+        }
+        if !robot.is_planar() {
+            return fail("--planar: the notches of this robot bend it in space; leave --planar away");
+        }
+        let out = |v: [f64; 3]| v[2].abs() > 0.0;
+        let bends_out = |v: [f64; 3]| v[0].abs() > 0.0 || v[1].abs() > 0.0;
+        for (name, leaves) in [
+            ("--tip-force", self.tip_force.is_some_and(out)),
+            ("--tip-moment", self.tip_moment.is_some_and(bends_out)),
+            ("--tip-point", self.tip_point.is_some_and(out)),
+            ("--point-force", self.point_force.iter().any(|(_, force)| out(*force))),
+            ("--distributed", self.distributed.iter().any(|d| out(d.force.into()))),
+            ("--gravity", self.gravity.is_some_and(out)),
+            ("--thread", self.thread.iter().any(|t| out(t.pulley.into()))),
+        ] {
+            if leaves {
+                return Err(Failure::Input(format!(
+                    "{name} acts out of the plane X-Y, which --planar does not see; leave --planar away"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a shape whose tip lies on a pulley: there the thread has no direction.
+    pub fn thread_has_direction(&self, shape: &Shape) -> Result<(), Failure> {
+        let Some(tip) = shape.sections.last() else { return Ok(()) };
+        let knot = tip.centre + tip.rotation * Vector3::from(self.tip_point.unwrap_or_default());
+        let on_pulley = |t: &&Thread| (t.pulley - knot).norm() <= t.radius.max(CONTACT);
+        match self.thread.iter().find(on_pulley) {
+            None => Ok(()),
+            Some(_) => Err(Failure::NoEquilibrium(
+                "--thread: the tip lies on the pulley, where the thread pulls in no direction; move the pulley"
+                    .into(),
+            )),
+        }
+    }
+
     /// The command for a robot.
     pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
+        self.check(robot)?;
         let mut command = Command { loads: self.loads(), ..Command::held(robot) };
         if self.relative_angle {
             command.knob = RotationKnob::RelativeAngle;

@@ -2,9 +2,10 @@
 
 use crate::Failure;
 use crate::output;
+use cppr::Vector3;
 use cppr::analysis::Shape;
 use cppr::design::Robot;
-use cppr::solve::{Drive, Equilibrium};
+use cppr::solve::{Drive, Equilibrium, Workspace};
 use cppr::statics::{Frame, Station};
 use cppr_plot::{Figure, Force, Line, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
@@ -60,41 +61,65 @@ pub fn lines(shape: &Shape) -> Vec<Line> {
     lines
 }
 
+/// Sections through which lines are drawn, at least.
+const SMOOTH: usize = 201;
+
 /// One pose with its forces, the robot at rest below it.
-pub fn shape(robot: &Robot, found: &Equilibrium, shape: &Shape, rest: &Shape) -> Result<Figure, Failure> {
-    let mut forces = Vec::new();
-    let nearest = |label: f64| {
-        shape.sections.iter().min_by(|a, b| (a.label - label).abs().total_cmp(&(b.label - label).abs()))
-    };
-    for wrench in &found.command.loads.wrenches {
-        let label = match wrench.station {
-            Station::Tip => robot.length(),
-            Station::Label(label) => label,
-        };
-        if let Some(section) = nearest(label) {
-            let vector = match wrench.frame {
-                Frame::World => wrench.force,
-                Frame::Section => section.rotation * wrench.force,
-            };
-            let point = section.centre + section.rotation * wrench.point;
-            forces.push(Force { point: point.into(), vector: vector.into() });
-        }
-    }
-    for thread in &found.command.loads.threads {
-        if let Some(tip) = shape.sections.last() {
-            let point = tip.centre + tip.rotation * thread.point;
-            let way = thread.pulley - point;
-            let vector = way * (thread.tension / way.norm().max(f64::MIN_POSITIVE));
-            forces.push(Force { point: point.into(), vector: vector.into() });
-        }
-    }
+pub fn shape(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    found: &Equilibrium,
+    samples: usize,
+) -> Result<Figure, Failure> {
+    let samples = samples.max(SMOOTH);
+    let rest = Equilibrium::rest(robot, &found.settings);
+    let rest = lines(&Shape::sampled(robot, workspace, &rest, samples));
+    let pose = lines(&Shape::sampled(robot, workspace, found, samples));
     let input = ShapeInput {
         title: title(robot, found),
-        poses: vec![Pose { label: String::new(), lines: lines(shape), forces }],
-        rest: lines(rest),
+        poses: vec![Pose { label: String::new(), lines: pose, forces: forces(robot, workspace, found) }],
+        rest,
         ..ShapeInput::default()
     };
     shape_figure(&input).map_err(|e| plot_failure(&e))
+}
+
+/// Concentrated forces where they act.
+fn forces(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<Force> {
+    let loads = &found.command.loads;
+    let mut labels: Vec<f64> = loads
+        .wrenches
+        .iter()
+        .map(|w| match w.station {
+            Station::Tip => robot.length(),
+            Station::Label(label) => label,
+        })
+        .collect();
+    labels.push(robot.length());
+    let sections = Shape::at(robot, workspace, found, &labels).sections;
+    let wrenches = loads.wrenches.iter().zip(&sections).map(|(wrench, section)| {
+        let vector = match wrench.frame {
+            Frame::World => wrench.force,
+            Frame::Section => section.rotation * wrench.force,
+        };
+        (section.centre + section.rotation * wrench.point, vector)
+    });
+    let threads = loads.threads.iter().zip(sections.last().into_iter().cycle()).map(|(thread, tip)| {
+        let knot = tip.centre + tip.rotation * thread.point;
+        let way = thread.pulley - knot;
+        let distance = way.norm().max(f64::MIN_POSITIVE);
+        // The thread touches the pulley beside its centre.
+        let angle = (thread.radius / distance).min(1.0).asin() * if thread.left { 1.0 } else { -1.0 };
+        let (s, c) = angle.sin_cos();
+        let turned = Vector3::new(c * way.x - s * way.y, s * way.x + c * way.y, way.z);
+        (knot, turned * (thread.tension / distance))
+    });
+    wrenches
+        .chain(threads)
+        // A pure moment has no arrow.
+        .filter(|(_, vector)| vector.norm() > 0.0)
+        .map(|(point, vector)| Force { point: point.into(), vector: vector.into() })
+        .collect()
 }
 
 /// Name and actuation.
@@ -102,26 +127,24 @@ fn title(robot: &Robot, found: &Equilibrium) -> String {
     let mut parts = vec![robot.design().name.clone()];
     for (f, (drive, state)) in found.command.actuators.iter().zip(&found.actuators).enumerate() {
         let tube = f + 2;
-        match drive.push_pull {
-            Drive::Motion(_) => parts.push(format!("Δa_{{{tube}}} = {:.4} mm", state.motion * 1e3)),
-            Drive::Effort(_) => parts.push(format!("T_{{{tube}}} = {:.4} N", state.tension)),
-        }
+        parts.push(match drive.push_pull {
+            Drive::Motion(_) => format!("Δa_{{{tube}}} = {} mm", number(state.motion * 1e3)),
+            Drive::Effort(_) => format!("T_{{{tube}}} = {} N", number(state.tension)),
+        });
         match drive.rotation {
             Drive::Motion(angle) if angle.abs() <= 0.0 => {}
-            Drive::Motion(_) => parts.push(format!("Ω_{{{tube}}} = {:.4}°", state.rotation.to_degrees())),
-            Drive::Effort(_) => parts.push(format!("Υ_{{{tube}}} = {:.4} N mm", state.torque * 1e3)),
+            Drive::Motion(_) => {
+                parts.push(format!("Ω_{{{tube}}} = {}°", number(state.rotation.to_degrees())));
+            }
+            Drive::Effort(_) => parts.push(format!("Υ_{{{tube}}} = {} N mm", number(state.torque * 1e3))),
         }
     }
-    parts.iter().map(|p| trim_zeros(p)).collect::<Vec<_>>().join(", ")
+    parts.join(", ")
 }
 
-/// "5.0000 mm" reads better as "5 mm".
-fn trim_zeros(text: &str) -> String {
-    let Some(dot) = text.find('.') else { return text.into() };
-    let digits = text[dot + 1..].chars().take_while(char::is_ascii_digit).count();
-    if digits < 4 {
-        return text.into();
-    }
-    let (number, rest) = text.split_at(dot + 1 + digits);
-    format!("{}{rest}", number.trim_end_matches('0').trim_end_matches('.'))
+/// At most four decimals, and a minus sign that is one.
+fn number(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".into() } else { short.replace('-', "−") }
 }

@@ -6,8 +6,8 @@ mod check;
 mod command;
 mod figure;
 mod output;
+mod paper;
 mod quantity;
-mod report;
 mod section;
 mod solve;
 mod table;
@@ -42,6 +42,9 @@ enum Task {
     /// Checks robot files and reports every problem.
     #[command(after_help = check::EXAMPLES)]
     Check(check::Args),
+    /// Everything that Tummers et al. 2024 compute, in both formulations, as one report.
+    #[command(after_help = paper::EXAMPLES)]
+    Paper(paper::Args),
 }
 
 /// Why the program ends without having done its task.
@@ -57,15 +60,16 @@ fn main() -> ExitCode {
         Task::Solve(args) => solve::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
+        Task::Paper(args) => paper::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(message)) => {
-            eprintln!("{message}");
+            output::note(&format!("{message}\n"));
             ExitCode::from(2)
         }
         Err(Failure::NoEquilibrium(message)) => {
-            eprintln!("{message}");
+            output::note(&format!("{message}\n"));
             ExitCode::from(3)
         }
     }

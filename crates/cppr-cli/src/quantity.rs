@@ -31,6 +31,16 @@ impl Kind {
         }
     }
 
+    /// Greatest magnitude (SI) that is no slip of the unit or the exponent; far from overflow.
+    fn largest(self) -> f64 {
+        match self {
+            Self::Length => 1e3,
+            // A hundred turns.
+            Self::Angle => std::f64::consts::TAU * 100.0,
+            Self::Force | Self::Moment | Self::ForcePerLength | Self::Acceleration => 1e9,
+        }
+    }
+
     /// Splits a text into number and unit; the unit's SI value.
     fn split(self, text: &str) -> Option<(f64, f64)> {
         let mut units: Vec<_> = self.units().to_vec();
@@ -46,15 +56,28 @@ impl Kind {
     }
 }
 
-fn finite(value: f64, text: &str) -> Result<f64, String> {
-    if value.is_finite() { Ok(value) } else { Err(format!("{text} is not a finite number")) }
+fn believable(value: f64, text: &str, kind: Kind) -> Result<f64, String> {
+    if !value.is_finite() {
+        Err(format!("{text} is not a finite number"))
+    } else if value.abs() > kind.largest() {
+        let (name, unit) = kind.units()[0];
+        Err(format!(
+            "{text} is more than any robot meets, at most {:e}{name}: check it",
+            kind.largest() / unit
+        ))
+    } else {
+        Ok(value)
+    }
 }
 
 /// One value with its unit.
 pub fn scalar(text: &str, kind: Kind) -> Result<f64, String> {
     let text = text.trim();
     if let Some((number, unit)) = kind.split(text) {
-        return finite(number * unit, text);
+        return believable(number * unit, text, kind);
+    }
+    if text.is_empty() {
+        return Err(format!("the value is missing: write for instance 5{}", kind.units()[0].0));
     }
     Err(match text.parse::<f64>() {
         Ok(number) if number.is_finite() => {
@@ -78,7 +101,7 @@ pub fn vector(text: &str, kind: Kind) -> Result<[f64; 3], String> {
     let last = scalar(z, kind)?;
     let shared = kind.split(z).map_or(1.0, |(_, unit)| unit);
     let component = |part: &str| match part.parse::<f64>() {
-        Ok(number) => finite(number * shared, part),
+        Ok(number) => believable(number * shared, part, kind),
         Err(_) => scalar(part, kind),
     };
     Ok([component(x)?, component(y)?, last])
@@ -139,7 +162,10 @@ mod tests {
         says("5N", Kind::Length, "known units here: mm");
         says("nanmm", Kind::Length, "not a finite number");
         says("inf", Kind::Force, "not a finite number");
-        says("", Kind::Force, "known units");
+        says("", Kind::Force, "the value is missing: write for instance 5N");
+        says("1e300m", Kind::Length, "at most 1e6mm");
+        says("1e20rad", Kind::Angle, "at most 3.6e4deg");
+        assert!(vector("0,1e300,2N", Kind::Force).unwrap_err().contains("at most 1e9N"));
         assert!(vector("0,1N", Kind::Force).unwrap_err().contains("2 components"));
         assert!(vector("0,1,2", Kind::Force).unwrap_err().contains("2N"));
         assert!(for_tube("1=3mm", Kind::Length).unwrap_err().contains("leader"));

@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::command::read_robot;
 use crate::figure;
-use crate::output::{is_stdout, print, write_or_print};
+use crate::output::{self, is_stdout, note, print, write_or_print};
 use cppr::design::{Robot, TubeDesign};
 use cppr_io::RobotFile;
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
@@ -49,7 +49,7 @@ struct Row {
     mass_g_m: f64,
 }
 
-/// Name, unit and whether the axis of a plot begins at zero.
+/// Name and unit, as table and plot print them.
 const COLUMNS: [(&str, &str); 9] = [
     ("x", "mm"),
     ("depth", "mm"),
@@ -93,7 +93,8 @@ impl Row {
             bending_y: fields.bending_y * 1e6,
             bending_z: fields.bending_z * 1e6,
             torsion: fields.torsion * 1e6,
-            mass_g_m: fields.mass_per_length * 1e3,
+            // A design by stiffness that leaves its mass out has none.
+            mass_g_m: if fields.mass_per_length > 0.0 { fields.mass_per_length * 1e3 } else { f64::NAN },
         }
     }
 
@@ -115,6 +116,7 @@ impl Row {
 /// Prints, writes, draws.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    output::check(&args.robot, &[("--csv", args.csv.as_deref()), ("--plot", args.plot.as_deref())])?;
     let (file, robot) = read_robot(&args.robot)?;
     let count = robot.tube_count();
     let tubes: Vec<usize> = match args.tube {
@@ -170,9 +172,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let drawn = profile_figure(&input).map_err(|e| figure::plot_failure(&e))?;
         figure::write(path, format, &drawn)?;
     }
-    if args.csv.as_deref().is_some_and(is_stdout) {
-        return Ok(());
-    }
     let mut text = String::new();
     for &tube in &tubes {
         let _ = writeln!(text, "{}, tube {}", robot.design().name, tube + 1);
@@ -185,5 +184,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let _ = writeln!(text, "{}", cells.join(" "));
         }
     }
-    print(&text)
+    if args.csv.as_deref().is_some_and(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
 }

@@ -3,12 +3,13 @@
 use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::figure;
-use crate::output::{is_stdout, print, write_or_print};
-use crate::report;
+use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::table::table;
 use cppr::analysis::{Shape, stability::stability};
 use cppr::solve::{Workspace, solve};
-use std::path::PathBuf;
+use cppr_io::result::ResultRecord;
+use cppr_io::result_csv;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Shown by `--help`.
@@ -25,7 +26,8 @@ Examples:
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
   cppr solve robots/helicoid.toml --pull 10mm --json -
 
-Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g.
+Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g. Base frame: the robot
+at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X.
 Exit codes: 0 solved (also where the equilibrium is unstable: the table says so), 2 wrong input,
 3 no equilibrium found.";
 
@@ -36,7 +38,7 @@ pub struct Args {
     robot: PathBuf,
     #[command(flatten)]
     command: CommandArgs,
-    /// Sections at which fields are written and lines drawn
+    /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     samples: u32,
     /// Write the whole result, - for standard output
@@ -53,10 +55,9 @@ pub struct Args {
 /// Solves, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let both = [&args.json, &args.csv].iter().filter(|p| p.as_ref().is_some_and(|p| is_stdout(p))).count();
-    if both == 2 {
-        return Err(Failure::Input("--json - and --csv - cannot both go to standard output".into()));
-    }
+    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
+    let outputs = [("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())];
+    output::check(&args.robot, &outputs)?;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
     let settings = args.command.settings();
@@ -66,29 +67,34 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
     let time = start.elapsed();
     if !found.status.is_equilibrium() {
-        if let Some(path) = &args.json {
-            write_or_print(path, &report::failure(&robot, &found))?;
+        if let Some(path) = json {
+            write_json(path, &ResultRecord::status_only(&robot, &found))?;
         }
         return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
     }
     let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
+    args.command.thread_has_direction(&shape)?;
     let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
-    if let Some(path) = &args.json {
-        write_or_print(path, &report::json(&robot, &found, &shape, margin))?;
+    if let Some(path) = json {
+        write_json(path, &ResultRecord::new(&robot, &found, &shape, margin))?;
     }
-    if let Some(path) = &args.csv {
-        write_or_print(path, &report::csv(&shape))?;
+    if let Some(path) = csv {
+        write_or_print(path, &result_csv::csv(&shape))?;
     }
     if let (Some(path), Some(format)) = (&args.plot, plot) {
-        let rest = cppr::solve::Equilibrium::rest(&robot, &settings);
-        let rest = Shape::sampled(&robot, &mut workspace, &rest, args.samples as usize);
-        figure::write(path, format, &figure::shape(&robot, &found, &shape, &rest)?)?;
+        let drawn = figure::shape(&robot, &mut workspace, &found, args.samples as usize)?;
+        figure::write(path, format, &drawn)?;
     }
     let text = table(&robot, &found, &shape, margin, time);
-    if both == 1 {
-        eprint!("{text}");
+    if [json, csv].into_iter().flatten().any(is_stdout) {
+        note(&text);
         Ok(())
     } else {
         print(&text)
     }
+}
+
+fn write_json(path: &Path, record: &ResultRecord) -> Result<(), Failure> {
+    let text = record.to_json().map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
+    write_or_print(path, &text)
 }

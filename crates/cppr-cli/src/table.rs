@@ -25,6 +25,11 @@ pub fn status(found: &Equilibrium) -> String {
     }
 }
 
+/// A length in m as millimetres without the noise of the conversion.
+pub fn millimetres(length: f64) -> String {
+    format!("{}", (length * 1e9).round() * 1e-6)
+}
+
 /// Name, status, tip, efforts, margin, cost.
 pub fn table(
     robot: &Robot,
@@ -73,15 +78,17 @@ pub fn table(
         line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
     }
     let s = found.statistics;
-    let steps = if s.load_steps > 0 { format!(", {} load steps", s.load_steps) } else { String::new() };
+    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let steps = match s.load_steps {
+        0 => String::new(),
+        n => format!(", {}", counted(n, "load step")),
+    };
     let time = time.as_secs_f64() * 1e6;
     let time = if time < 1e3 { format!("{time:.0} µs") } else { format!("{:.1} ms", time * 1e-3) };
-    line("cost", format!("{} Newton steps{steps}, {time}", s.iterations));
+    line("cost", format!("{}{steps}, {time}", counted(s.iterations, "Newton step")));
     if found.status == Status::Unstable {
         line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
     }
-    let mm = robot.length() * 1e3;
-    let count = robot.tube_count();
-    let tubes = if count == 1 { "tube" } else { "tubes" };
-    format!("{}: {count} {tubes}, {mm} mm\n{text}", robot.design().name)
+    let tubes = counted(robot.tube_count(), "tube");
+    format!("{}: {tubes}, {} mm\n{text}", robot.design().name, millimetres(robot.length()))
 }

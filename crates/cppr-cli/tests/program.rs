@@ -133,9 +133,43 @@ fn json_is_whole_and_finite() {
     assert!((number(&result["actuators"][0]["pull_m"]) - 1e-3).abs() < 1e-12);
     assert!((number(&result["actuators"][0]["rotation_rad"]) - 30_f64.to_radians()).abs() < 1e-9);
     assert!((number(&result["command"]["loads"]["wrenches"][0]["force_N"][2]) + 0.5).abs() < 1e-15);
+    // Rotations come by rows: the first column is the tangent, which the centreline shows as well.
+    let (last, before) = (&result["sections"][10]["centre_m"], &result["sections"][9]["centre_m"]);
+    for axis in 0..3 {
+        let step = number(&last[axis]) - number(&before[axis]);
+        let tangent = number(&result["tip_rotation"][axis][0]);
+        assert!((step / 3e-3 - tangent).abs() < 0.15, "axis {axis}: {step} against {tangent}");
+    }
     // The tip is the last section.
     assert_eq!(result["tip_position_m"], result["sections"][10]["centre_m"]);
     no_null(&result, "");
+}
+
+#[test]
+fn the_keys_of_schema_1() {
+    let keys = |value: &Value| {
+        let mut keys: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+        keys.sort_unstable();
+        keys.join(" ")
+    };
+    let result = json(&["solve", "robots/r1.toml", "--tension", "1N", "--samples", "2", "--json", "-"]);
+    assert_eq!(
+        keys(&result),
+        "actuators command cppr_version elastic_energy_J formulation margin_to_instability resolution robot \
+         schema schema_version sections statistics status status_text tip_position_m tip_rotation"
+    );
+    assert_eq!(keys(&result["actuators"][0]), "pull_m rotation_rad tension_N torque_Nm tube");
+    assert_eq!(keys(&result["command"]["actuators"][0]), "rotation_rad tension_N tube");
+    assert_eq!(keys(&result["command"]["loads"]), "distributed gravity_m_s2 threads wrenches");
+    assert_eq!(
+        keys(&result["sections"][0]),
+        "centre_m energy_density_J_m follower_angles_rad leader_curvature_1_m rotation tubes x_m"
+    );
+    assert_eq!(
+        keys(&result["sections"][0]["tubes"][0]),
+        "abscissa_m axial_force_N centroid_m curvature_y_1_m curvature_z_1_m face_to_face_rate moment_y_Nm \
+         moment_z_Nm rotation shear_y_N shear_z_N stretch torque_Nm twist_rad_m"
+    );
 }
 
 #[test]
@@ -219,12 +253,30 @@ fn figures_are_well_formed() {
 }
 
 #[test]
+fn a_figure_does_not_depend_on_the_samples_of_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = |samples: &str| {
+        let load = ["--pull", "-3mm", "--point-force", "60mm:0,0.2,0N", "--thread", "0.1N:150,-90,0mm:4mm"];
+        let arguments =
+            [&["solve", "robots/r1.toml", "--samples", samples, "--plot", "f.svg"][..], &load].concat();
+        assert_eq!(cppr_in(folder.path(), &arguments).status.code(), Some(0));
+        std::fs::read_to_string(folder.path().join("f.svg")).unwrap()
+    };
+    let coarse = svg("2");
+    assert!(coarse.contains("force") && coarse.contains("−3"), "arrows and title");
+    assert_eq!(coarse, svg("101"));
+}
+
+#[test]
 fn section_prints_the_properties() {
     let table = text(&cppr(&["section", "robots/r1.toml", "--tube", "1", "--samples", "2"]).stdout);
     // A = 3.0975 mm², D = 2.4063 mm (appendix B), f_D D = 3.0560 mm, EI_Z = 1153.2 N mm².
     for number in ["3.0975", "2.4063", "3.0560", "1153.24"] {
         assert!(table.contains(number), "{number} is missing in\n{table}");
     }
+    let known_stiffness =
+        text(&cppr(&["section", "robots/childs2.toml", "--csv", "-", "--samples", "2"]).stdout);
+    assert!(known_stiffness.lines().nth(1).unwrap().starts_with("1,0,,,1"), "{known_stiffness}");
     refused(&["section", "robots/r1.toml", "--tube", "4"], "there is no tube 4; this robot has 1 to 2");
 }
 
@@ -244,13 +296,33 @@ fn wrong_values_are_refused_with_what_to_write() {
     solve(&["--tip-force", "0,0N"], "2 components");
     solve(&["--tip-force", "0,0,1"], "1 has no unit");
     solve(&["--point-force", "200mm:0,1,0N"], "200.000 mm");
-    solve(&["--thread", "-1N:1,1,1mm"], "negative");
+    solve(&["--thread", "-1N:1,1,1mm"], "the tension of the thread is -1N; it cannot be negative");
+    solve(&["--thread", "1N:1,1,1mm:-3mm"], "the radius of the pulley is -3mm");
+    solve(&["--pull", "1e300m"], "more than any robot meets");
+    solve(&["--distributed", "100..20mm:0,1,0N/m"], "the smaller abscissa first");
     solve(&["--thread", "1N:1,1,1mm:1mm:up"], "left or right");
     solve(&["--plot", "shape.pdf"], ".svg or .png");
     solve(&["--plot", "no/such/folder/shape.svg"], "no/such/folder");
-    solve(&["--json", "-", "--csv", "-"], "cannot both");
+    solve(&["--json", "-", "--csv", "-"], "cannot both go to standard output");
+    solve(&["--json", "a", "--csv", "a"], "cannot both go to a");
+    solve(&["--json", "robots"], "this is a folder");
+    solve(&["--json", "robots/../robots/r1.toml"], "would overwrite the robot");
+    solve(&["--tip-point", "0,1,0mm"], "add --tip-force or --thread");
+    solve(&["--follower-load"], "add --tip-force or --tip-moment");
     solve(&["--samples", "1"], "2..=100000");
     solve(&["--planar", "--rotate", "5deg"], "planar");
+    for (option, value) in [
+        ("--tip-force", "0,1,1N"),
+        ("--tip-moment", "1,0,0Nmm"),
+        ("--point-force", "60mm:0,0,1N"),
+        ("--distributed", "0..60mm:0,0,1N/m"),
+        ("--gravity", "0,0,-1g"),
+        ("--thread", "1N:100,100,1mm"),
+    ] {
+        solve(&["--planar", option, value], &format!("{option} acts out of the plane"));
+    }
+    refused(&["solve", "robots/helicoid.toml", "--planar"], "leave --planar away");
+    refused(&["solve", "robots/childs2.toml", "--gravity", "0,0,-1g"], "no mass");
     solve(&["--pul", "5mm"], "--pull");
     refused(&["solve", "robots/childs2.toml", "--stretch"], "axial stiffness");
     refused(&["solve", "robots/none.toml"], "none.toml");
@@ -304,6 +376,66 @@ fn where_there_is_no_equilibrium_the_program_says_so() {
     assert_eq!(result["status"], "not_converged");
     assert!(result.get("tip_position_m").is_none(), "numbers that mean nothing are written");
     assert!(!folder.path().join("out.csv").exists() && !folder.path().join("out.svg").exists());
+}
+
+#[test]
+fn a_thread_whose_eyelet_is_at_the_tip_is_refused() {
+    let output = cppr(&["solve", "robots/r3.toml", "--thread", "1N:150,0,0mm"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(text(&output.stderr).contains("pulls in no direction"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn an_unstable_equilibrium_is_shown_with_a_warning() {
+    let arguments = ["solve", "robots/childs2.toml", "--tip-force", "-50,0,0N"];
+    let output = cppr(&arguments);
+    let table = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{table}");
+    assert!(table.contains("warning") && table.contains("unstable"), "{table}");
+    assert_eq!(json(&[&arguments[..], &["--json", "-"]].concat())["status"], "unstable");
+}
+
+#[test]
+fn results_keep_links_modes_and_pipes() {
+    use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let solve = |file: &str| {
+        let output = cppr_in(folder.path(), &["solve", "robots/r1.toml", "--samples", "2", "--json", file]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    };
+    std::fs::write(at("real"), "old").unwrap();
+    std::fs::set_permissions(at("real"), std::fs::Permissions::from_mode(0o640)).unwrap();
+    symlink("real", at("link")).unwrap();
+    solve("link");
+    assert!(std::fs::symlink_metadata(at("link")).unwrap().is_symlink());
+    assert_eq!(std::fs::metadata(at("real")).unwrap().permissions().mode() & 0o777, 0o640);
+    serde_json::from_slice::<Value>(&std::fs::read(at("real")).unwrap()).unwrap();
+
+    // A new file gets the mode that any new file gets.
+    solve("new");
+    std::fs::write(at("any"), "").unwrap();
+    let mode = |name: &str| std::fs::metadata(at(name)).unwrap().permissions().mode();
+    assert_eq!(mode("new"), mode("any"));
+
+    assert!(Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+    let reader = Command::new("cat").arg(at("pipe")).stdout(std::process::Stdio::piped()).spawn().unwrap();
+    solve("pipe");
+    serde_json::from_slice::<Value>(&reader.wait_with_output().unwrap().stdout).unwrap();
+    assert!(std::fs::metadata(at("pipe")).unwrap().file_type().is_fifo());
+}
+
+#[test]
+fn nobody_listening_on_standard_error_is_no_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let code = folder.path().join("code");
+    let line = format!(
+        "{{ {} solve robots/r3.toml --samples 20000 --csv -; echo $? >{}; }} 2>&1 | head -1",
+        env!("CARGO_BIN_EXE_cppr"),
+        code.display()
+    );
+    Command::new("sh").args(["-c", &line]).current_dir(root()).output().unwrap();
+    assert_eq!(std::fs::read_to_string(code).unwrap().trim(), "0");
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //!
 //! A robot file is TOML with the unit in every key; [`robot_file::parse`] turns it into a
 //! [`cppr::design::RobotDesign`] or into [`Problems`]: everything that is wrong with it at once, each
-//! with its line and with what to write instead.
+//! with its line and with what to write instead. A result is written as JSON ([`result`], everything) or CSV
+//! ([`result_csv`], the fields along the robot).
 
 mod cursor;
 mod keys;
@@ -11,6 +12,9 @@ mod notches;
 pub mod problems;
 mod profile_value;
 mod quantity;
+pub mod result;
+pub mod result_csv;
+mod result_format;
 pub mod robot_file;
 mod stiffness;
 mod syntax;

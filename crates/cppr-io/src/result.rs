@@ -1,0 +1,440 @@
+//! The whole result of a solve as JSON: SI units, the unit in every key.
+//!
+//! Frames: baseplate at x = 0, the robot at rest along +X. Rotations are given by their rows. A key keeps its
+//! meaning as long as [`SCHEMA_VERSION`] stays; new keys may come.
+
+// The keys are the fields' names, and a unit such as N is a capital.
+#![allow(non_snake_case)]
+
+use crate::result_format::Lines;
+use cppr::analysis::{Section, Shape, TubeSection};
+use cppr::design::Robot;
+use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
+use cppr::statics::{Frame, Loads, RotationKnob, Station};
+use cppr::{Matrix3, Vector3};
+use serde::Serialize;
+
+/// Raised whenever a key changes its meaning or goes away.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// What the file is, robot, command and status; [`SolutionRecord`] where there is an equilibrium.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResultRecord {
+    /// `cppr/equilibrium`.
+    pub schema: &'static str,
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Version of the software that wrote it.
+    pub cppr_version: &'static str,
+    /// The robot.
+    pub robot: RobotRecord,
+    /// What was asked for.
+    pub command: CommandRecord,
+    /// `consistent` or `printed`.
+    pub formulation: &'static str,
+    /// Number of modes and nodes.
+    pub resolution: ResolutionRecord,
+    /// `converged` (and stable), `unstable` or `not_converged`.
+    pub status: &'static str,
+    /// The same as a sentence.
+    pub status_text: String,
+    /// What the solve cost.
+    pub statistics: StatisticsRecord,
+    /// Its keys follow those above; none of them where the status is `not_converged`.
+    #[serde(flatten)]
+    pub solution: Option<SolutionRecord>,
+}
+
+/// The robot that was solved.
+#[derive(Clone, Debug, Serialize)]
+pub struct RobotRecord {
+    /// From its file.
+    pub name: String,
+    /// Length above the baseplate at rest.
+    pub length_m: f64,
+    /// Number of tubes, the leader included.
+    pub tubes: usize,
+}
+
+/// The command that was solved.
+#[derive(Clone, Debug, Serialize)]
+pub struct CommandRecord {
+    /// One per follower, tube 2 first.
+    pub actuators: Vec<DriveRecord>,
+    /// `base`: the rotation of the follower's base; `relative_angle`: the angle between follower and leader at
+    /// the plate.
+    pub rotation_means: &'static str,
+    /// External loads.
+    pub loads: LoadsRecord,
+}
+
+/// What one actuator was told: motion or effort for its translation and its rotation.
+#[derive(Clone, Debug, Serialize)]
+pub struct DriveRecord {
+    /// Number of the tube.
+    pub tube: usize,
+    /// Prescribed Δa, pull positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pull_m: Option<f64>,
+    /// Prescribed force, pull positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_N: Option<f64>,
+    /// Prescribed rotation, right-handed about +X.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_rad: Option<f64>,
+    /// Prescribed torque.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_Nm: Option<f64>,
+}
+
+/// External loads.
+#[derive(Clone, Debug, Serialize)]
+pub struct LoadsRecord {
+    /// Concentrated ones.
+    pub wrenches: Vec<WrenchRecord>,
+    /// Distributed ones.
+    pub distributed: Vec<DistributedRecord>,
+    /// Threads over pulleys.
+    pub threads: Vec<ThreadRecord>,
+    /// Acceleration, null where no gravity acts.
+    pub gravity_m_s2: Option<[f64; 3]>,
+}
+
+/// A concentrated load.
+#[derive(Clone, Debug, Serialize)]
+pub struct WrenchRecord {
+    /// `tip` or `section`.
+    pub on: &'static str,
+    /// The leader's abscissa of the loaded section.
+    pub at_m: f64,
+    /// Frame of force and moment: `base` (dead) or `section` (turns with the robot).
+    pub frame: &'static str,
+    /// Force.
+    pub force_N: [f64; 3],
+    /// Moment.
+    pub moment_Nm: [f64; 3],
+    /// Point of action in the section's frame.
+    pub point_m: [f64; 3],
+}
+
+/// A distributed load.
+#[derive(Clone, Debug, Serialize)]
+pub struct DistributedRecord {
+    /// First abscissa of the leader.
+    pub from_m: f64,
+    /// Last abscissa of the leader.
+    pub to_m: f64,
+    /// Force per length of the leader, base frame.
+    pub force_N_m: [f64; 3],
+}
+
+/// A thread from the tip over a pulley.
+#[derive(Clone, Debug, Serialize)]
+pub struct ThreadRecord {
+    /// Tension in the thread.
+    pub tension_N: f64,
+    /// Centre of the pulley, base frame.
+    pub pulley_m: [f64; 3],
+    /// Radius of the pulley.
+    pub radius_m: f64,
+    /// Side on which the thread runs onto it: `left` or `right`.
+    pub side: &'static str,
+    /// Where it is tied, in the tip's frame.
+    pub point_m: [f64; 3],
+}
+
+/// Number of modes per field, and of nodes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ResolutionRecord {
+    /// Of K_X.
+    pub twist_modes: usize,
+    /// Of K_Y.
+    pub bending_y_modes: usize,
+    /// Of K_Z.
+    pub bending_z_modes: usize,
+    /// Of each Δθ_k.
+    pub angle_modes: usize,
+    /// Of each tube's stretch.
+    pub stretch_modes: usize,
+    /// Quadrature nodes.
+    pub nodes: usize,
+}
+
+/// What the solve cost.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StatisticsRecord {
+    /// Newton steps.
+    pub newton_iterations: usize,
+    /// Residual and tangent evaluations.
+    pub evaluations: usize,
+    /// Load steps after the first attempt failed.
+    pub load_steps: usize,
+    /// Largest scaled residual.
+    pub largest_scaled_residual: f64,
+}
+
+/// The equilibrium.
+#[derive(Clone, Debug, Serialize)]
+pub struct SolutionRecord {
+    /// Centre of the tip section.
+    pub tip_position_m: [f64; 3],
+    /// Rotation of the tip; columns: tangent, direction of the leader's centroid, normal to both.
+    pub tip_rotation: [[f64; 3]; 3],
+    /// One per follower, tube 2 first.
+    pub actuators: Vec<ActuatorRecord>,
+    /// Of all tubes.
+    pub elastic_energy_J: f64,
+    /// 1 at rest, 0 where the robot snaps, below where it is unstable; null in the printed formulation, which is
+    /// not the derivative of an energy.
+    pub margin_to_instability: Option<f64>,
+    /// From the baseplate to the tip.
+    pub sections: Vec<SectionRecord>,
+}
+
+/// Where an actuator stands and what it exerts.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ActuatorRecord {
+    /// Number of the tube.
+    pub tube: usize,
+    /// Δa, pull positive.
+    pub pull_m: f64,
+    /// Rotation, in the meaning of the command's `rotation_means`.
+    pub rotation_rad: f64,
+    /// T, pull positive.
+    pub tension_N: f64,
+    /// Υ.
+    pub torque_Nm: f64,
+}
+
+/// The robot at one section of the leader.
+#[derive(Clone, Debug, Serialize)]
+pub struct SectionRecord {
+    /// Abscissa of the leader at rest.
+    pub x_m: f64,
+    /// Centre of the section.
+    pub centre_m: [f64; 3],
+    /// The leader's rotation.
+    pub rotation: [[f64; 3]; 3],
+    /// The leader's curvature vector K in its own frame, twist of the pattern included.
+    pub leader_curvature_1_m: [f64; 3],
+    /// Δθ_k, tube 2 first.
+    pub follower_angles_rad: Vec<f64>,
+    /// Elastic energy of all tubes per length of the leader.
+    pub energy_density_J_m: f64,
+    /// The leader first.
+    pub tubes: Vec<TubeRecord>,
+}
+
+/// One tube at one section; axes: tangent, direction of its centroid (y), normal to both (z).
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TubeRecord {
+    /// Rest abscissa of the section that stands here, negative if it came up from below the plate.
+    pub abscissa_m: f64,
+    /// Centroid.
+    pub centroid_m: [f64; 3],
+    /// Rotation of the section.
+    pub rotation: [[f64; 3]; 3],
+    /// |h|: length of the tube per length of the leader.
+    pub face_to_face_rate: f64,
+    /// Twist rate against rest.
+    pub twist_rad_m: f64,
+    /// Curvature about y.
+    pub curvature_y_1_m: f64,
+    /// Curvature about z.
+    pub curvature_z_1_m: f64,
+    /// Relative stretch.
+    pub stretch: f64,
+    /// About the tube's centre.
+    pub torque_Nm: f64,
+    /// Bending moment about y through the centroid.
+    pub moment_y_Nm: f64,
+    /// Bending moment about z through the centroid.
+    pub moment_z_Nm: f64,
+    /// Tension positive.
+    pub axial_force_N: f64,
+    /// Shear force along y.
+    pub shear_y_N: f64,
+    /// Shear force along z.
+    pub shear_z_N: f64,
+}
+
+impl ResultRecord {
+    /// Everything about an equilibrium; the status alone where none was found.
+    #[must_use]
+    pub fn new(robot: &Robot, found: &Equilibrium, shape: &Shape, margin: Option<f64>) -> Self {
+        let mut record = Self::status_only(robot, found);
+        if let (true, Some(tip)) = (found.status.is_equilibrium(), shape.sections.last()) {
+            record.solution = Some(SolutionRecord {
+                tip_position_m: tip.centre.into(),
+                tip_rotation: rows(&tip.rotation),
+                actuators: actuators(found),
+                elastic_energy_J: found.elastic_energy,
+                margin_to_instability: margin,
+                sections: shape.sections.iter().map(SectionRecord::from).collect(),
+            });
+        }
+        record
+    }
+
+    /// What was asked and how it ended, without any number of the state.
+    #[must_use]
+    pub fn status_only(robot: &Robot, found: &Equilibrium) -> Self {
+        let resolution = found.settings.resolution;
+        Self {
+            schema: "cppr/equilibrium",
+            schema_version: SCHEMA_VERSION,
+            cppr_version: env!("CARGO_PKG_VERSION"),
+            robot: RobotRecord {
+                name: robot.design().name.clone(),
+                length_m: robot.length(),
+                tubes: robot.tube_count(),
+            },
+            command: CommandRecord::new(&found.command, robot),
+            formulation: match found.settings.formulation {
+                Formulation::Consistent => "consistent",
+                Formulation::Printed => "printed",
+            },
+            resolution: ResolutionRecord {
+                twist_modes: resolution.twist,
+                bending_y_modes: resolution.bending_y,
+                bending_z_modes: resolution.bending_z,
+                angle_modes: resolution.angle,
+                stretch_modes: resolution.stretch,
+                nodes: resolution.nodes,
+            },
+            status: match found.status {
+                Status::Converged => "converged",
+                Status::Unstable => "unstable",
+                Status::NotConverged(_) => "not_converged",
+            },
+            status_text: found.status.to_string(),
+            statistics: StatisticsRecord {
+                newton_iterations: found.statistics.iterations,
+                evaluations: found.statistics.evaluations,
+                load_steps: found.statistics.load_steps,
+                largest_scaled_residual: found.residual,
+            },
+            solution: None,
+        }
+    }
+
+    /// As JSON, the outer levels one key per line, each section along the robot on its own line.
+    ///
+    /// # Errors
+    /// None in practice: every key is a string and memory is written to.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        let mut bytes = Vec::new();
+        self.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Lines::default()))?;
+        bytes.push(b'\n');
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+impl CommandRecord {
+    fn new(command: &Command, robot: &Robot) -> Self {
+        let motion = |d: Drive| if let Drive::Motion(v) = d { Some(v) } else { None };
+        let effort = |d: Drive| if let Drive::Effort(v) = d { Some(v) } else { None };
+        let drives = command.actuators.iter().enumerate().map(|(f, a)| DriveRecord {
+            tube: f + 2,
+            pull_m: motion(a.push_pull),
+            tension_N: effort(a.push_pull),
+            rotation_rad: motion(a.rotation),
+            torque_Nm: effort(a.rotation),
+        });
+        Self {
+            actuators: drives.collect(),
+            rotation_means: match command.knob {
+                RotationKnob::Base => "base",
+                RotationKnob::RelativeAngle => "relative_angle",
+            },
+            loads: LoadsRecord::new(&command.loads, robot),
+        }
+    }
+}
+
+impl LoadsRecord {
+    fn new(loads: &Loads, robot: &Robot) -> Self {
+        let wrenches = loads.wrenches.iter().map(|w| {
+            let (on, at_m) = match w.station {
+                Station::Tip => ("tip", robot.length()),
+                Station::Label(label) => ("section", label),
+            };
+            WrenchRecord {
+                on,
+                at_m,
+                frame: if w.frame == Frame::World { "base" } else { "section" },
+                force_N: w.force.into(),
+                moment_Nm: w.moment.into(),
+                point_m: w.point.into(),
+            }
+        });
+        let distributed = loads.distributed.iter();
+        let threads = loads.threads.iter().map(|t| ThreadRecord {
+            tension_N: t.tension,
+            pulley_m: t.pulley.into(),
+            radius_m: t.radius,
+            side: if t.left { "left" } else { "right" },
+            point_m: t.point.into(),
+        });
+        Self {
+            wrenches: wrenches.collect(),
+            distributed: distributed
+                .map(|d| DistributedRecord { from_m: d.from, to_m: d.to, force_N_m: d.force.into() })
+                .collect(),
+            threads: threads.collect(),
+            gravity_m_s2: loads.gravity.map(Vector3::into),
+        }
+    }
+}
+
+fn actuators(found: &Equilibrium) -> Vec<ActuatorRecord> {
+    let states = found.actuators.iter().enumerate();
+    states
+        .map(|(f, a)| ActuatorRecord {
+            tube: f + 2,
+            pull_m: a.motion,
+            rotation_rad: a.rotation,
+            tension_N: a.tension,
+            torque_Nm: a.torque,
+        })
+        .collect()
+}
+
+fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    m.transpose().into()
+}
+
+impl From<&Section> for SectionRecord {
+    fn from(s: &Section) -> Self {
+        Self {
+            x_m: s.label,
+            centre_m: s.centre.into(),
+            rotation: rows(&s.rotation),
+            leader_curvature_1_m: s.curvature.into(),
+            follower_angles_rad: s.angles.clone(),
+            energy_density_J_m: s.energy_density,
+            tubes: s.tubes.iter().map(TubeRecord::from).collect(),
+        }
+    }
+}
+
+impl From<&TubeSection> for TubeRecord {
+    fn from(t: &TubeSection) -> Self {
+        Self {
+            abscissa_m: t.abscissa,
+            centroid_m: t.centroid.into(),
+            rotation: rows(&t.rotation),
+            face_to_face_rate: t.rate,
+            twist_rad_m: t.strain.x,
+            curvature_y_1_m: t.strain.y,
+            curvature_z_1_m: t.strain.z,
+            stretch: t.stretch,
+            torque_Nm: t.moment.x,
+            moment_y_Nm: t.moment.y,
+            moment_z_Nm: t.moment.z,
+            axial_force_N: t.force.x,
+            shear_y_N: t.force.y,
+            shear_z_N: t.force.z,
+        }
+    }
+}
