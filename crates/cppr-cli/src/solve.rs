@@ -19,8 +19,9 @@ Examples:
   cppr solve robots/r3.toml --pull 5mm --plot r3.svg
   cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg
   cppr solve robots/childs2.toml --pull 1mm --tip-force 0,0,-0.5N
-  cppr solve robots/r1.toml --tension 3N --torque 20Nmm --plot shape.svg --json shape.json
-  cppr solve robots/r1.toml --tension 3N --formulation printed --stretch
+  cppr solve robots/r1.toml --tension 3N --torque 20Nmm --formulation printed --stretch --plot shape.svg --json shape.json
+  cppr solve robots/r1.toml --pull 2mm --rotate 60deg --relative-angle
+  cppr solve robots/r2.toml --pull 2mm --point-force 60mm:0,0.1,0N --distributed 0..100mm:0,-1,0N/m
   cppr solve robots/r4.toml --pull -4mm --tip-force 0,0.1,0N --tip-point 0,3.056,0mm
   cppr solve robots/r4.toml --pull -4mm --gravity 0,0,-1g --csv fields.csv
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm

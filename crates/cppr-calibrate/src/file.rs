@@ -1,0 +1,103 @@
+//! Fitted values put into a robot file in place; everything else in it stays as it is.
+
+use crate::fit::Estimate;
+use crate::parameter::Kind;
+use std::fmt;
+use toml_edit::{DocumentMut, Item, Table, Value, value};
+
+/// Why a file cannot be edited.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileProblem(String);
+
+impl fmt::Display for FileProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the fitted values cannot be put into the robot file: {}", self.0)
+    }
+}
+
+impl std::error::Error for FileProblem {}
+
+/// The text of a robot file with the fitted values; comments and order stay.
+///
+/// # Errors
+/// Where the text is no robot file.
+pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FileProblem> {
+    let mut document: DocumentMut =
+        text.parse().map_err(|e: toml_edit::TomlError| FileProblem(e.to_string()))?;
+    let mut sorted: Vec<&Estimate> = estimates.iter().collect();
+    // A shear modulus replaces Poisson's ratio; it comes after Young's modulus.
+    sorted.sort_by_key(|e| e.parameter.kind == Kind::ShearModulus);
+    for estimate in sorted {
+        let number = estimate.value / estimate.parameter.unit().1;
+        match (estimate.parameter.kind, estimate.parameter.tube) {
+            (Kind::CentroidOffsetFactor, None) => {
+                put(table(document.as_table_mut(), "calibration")?, "centroid_offset_factor", number);
+                each_tube(&mut document, |tube| {
+                    if tube.contains_key("centroid_offset_factor") {
+                        put(tube, "centroid_offset_factor", number);
+                    }
+                    Ok(())
+                })?;
+            }
+            (Kind::CentroidOffsetFactor, Some(k)) => {
+                put(own_tube(&mut document, k)?, "centroid_offset_factor", number);
+            }
+            (kind, None) => {
+                material(table(document.as_table_mut(), "material")?, kind, number);
+                each_tube(&mut document, |tube| {
+                    if tube.contains_key("material") {
+                        material(table(tube, "material")?, kind, number);
+                    }
+                    Ok(())
+                })?;
+            }
+            (kind, Some(k)) => material(table(own_tube(&mut document, k)?, "material")?, kind, number),
+        }
+    }
+    Ok(document.to_string())
+}
+
+fn material(table: &mut Table, kind: Kind, number: f64) {
+    if kind == Kind::ShearModulus {
+        table.remove("poissons_ratio");
+        put(table, "shear_modulus_GPa", number);
+    } else {
+        put(table, "youngs_modulus_GPa", number);
+    }
+}
+
+/// Sets a number; the comment behind it stays. Eight digits are more than a fit knows.
+fn put(table: &mut Table, key: &str, number: f64) {
+    let rounded: f64 = format!("{number:.7e}").parse().unwrap_or(number);
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) => {
+            let decor = old.decor().clone();
+            *old = Value::from(rounded);
+            *old.decor_mut() = decor;
+        }
+        None => {
+            table.insert(key, value(rounded));
+        }
+    }
+}
+
+fn table<'a>(parent: &'a mut Table, key: &str) -> Result<&'a mut Table, FileProblem> {
+    let entry = parent.entry(key).or_insert_with(|| Item::Table(Table::new()));
+    entry.as_table_mut().ok_or_else(|| FileProblem(format!("{key} is not a [{key}] table")))
+}
+
+fn each_tube(
+    document: &mut DocumentMut,
+    mut change: impl FnMut(&mut Table) -> Result<(), FileProblem>,
+) -> Result<(), FileProblem> {
+    let tubes = document.get_mut("tube").and_then(Item::as_array_of_tables_mut);
+    let tubes = tubes.ok_or_else(|| FileProblem("there is no [[tube]]".into()))?;
+    tubes.iter_mut().try_for_each(&mut change)
+}
+
+fn own_tube(document: &mut DocumentMut, number: usize) -> Result<&mut Table, FileProblem> {
+    let tubes = document.get_mut("tube").and_then(Item::as_array_of_tables_mut);
+    tubes
+        .and_then(|t| t.get_mut(number - 1))
+        .ok_or_else(|| FileProblem(format!("there is no [[tube]] {number}")))
+}

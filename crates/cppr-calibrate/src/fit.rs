@@ -1,0 +1,426 @@
+//! The fit and what it is worth.
+
+use crate::data::{Line, Measurement};
+use crate::parameter::{Parameter, ParameterProblem, apply};
+use cppr::Vector3;
+use cppr::analysis::{Shape, parameter_sensitivity};
+use cppr::design::{Robot, RobotDesign};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use cppr::statics::{Loads, RotationKnob, Wrench};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::cell::RefCell;
+use std::fmt;
+
+/// Why there is no fit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FitProblem {
+    /// A parameter cannot be fitted.
+    Parameter(ParameterProblem),
+    /// A measurement does not go with the robots: line of the file and why.
+    Measurement(usize, String),
+    /// Fewer measured numbers than parameters: both.
+    TooFew(usize, usize),
+    /// The data do not determine a combination of parameters: its share of each parameter, in relative changes, and the
+    /// uncertainty of that combination (-).
+    Invisible {
+        /// Parameters with their share, largest first.
+        combination: Vec<(Parameter, f64)>,
+        /// Standard deviation of the combination, relative; infinite where the data do not see it at all.
+        uncertainty: f64,
+    },
+    /// No equilibrium was found under a measurement's command: line of the file and why.
+    NoEquilibrium(usize, String),
+    /// The search did not settle: why.
+    Search(String),
+}
+
+impl fmt::Display for FitProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Parameter(problem) => problem.fmt(f),
+            Self::Measurement(row, why) => write!(f, "line {row}: {why}"),
+            Self::TooFew(numbers, parameters) => {
+                write!(
+                    f,
+                    "{numbers} measured numbers cannot determine {parameters} parameters; measure more or fit less"
+                )
+            }
+            Self::Invisible { combination, uncertainty } => {
+                let parts: Vec<String> = combination
+                    .iter()
+                    .filter(|(_, share)| share.abs() > 0.05)
+                    .map(|(parameter, share)| format!("{share:+.2} {parameter}"))
+                    .collect();
+                let parts = parts.join(" ");
+                write!(f, "the data cannot see the combination {parts} (relative changes): ")?;
+                if uncertainty.is_finite() {
+                    write!(f, "its standard deviation is {:.0} %. ", uncertainty * 100.0)?;
+                } else {
+                    write!(f, "it changes nothing that was measured. ")?;
+                }
+                write!(
+                    f,
+                    "Motions of unloaded robots do not show a common modulus (Remark 19), motions without rotation no \
+                     shear modulus. Add loaded or turned measurements, or fit less"
+                )
+            }
+            Self::NoEquilibrium(row, why) => write!(f, "line {row}: {why}"),
+            Self::Search(why) => write!(f, "the search for the least squares ended without a result: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for FitProblem {}
+
+/// A fitted parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Which.
+    pub parameter: Parameter,
+    /// Value (SI).
+    pub value: f64,
+    /// Value before the fit (SI).
+    pub before: f64,
+    /// Standard deviation (SI).
+    pub deviation: f64,
+    /// Half width of the 95 % confidence interval (SI).
+    pub interval: f64,
+}
+
+/// One measured number against the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// Line of the file.
+    pub row: usize,
+    /// x, y, z of a point, or "direction".
+    pub what: &'static str,
+    /// Model minus measurement (m, or rad for a component of a direction).
+    pub value: f64,
+    /// Divided by its own expected deviation after the fit.
+    pub studentised: f64,
+    /// Improbable: one such residual among all would be expected in less than one of twenty data sets.
+    pub outlier: bool,
+}
+
+/// Result of a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// One per parameter, in the order asked for.
+    pub estimates: Vec<Estimate>,
+    /// Correlation matrix of the estimates, row by row.
+    pub correlation: Vec<Vec<f64>>,
+    /// Residuals in the order of the file.
+    pub residuals: Vec<Residual>,
+    /// Root mean square of the weighted residuals: 1 where the stated deviations are right.
+    pub scale: f64,
+    /// Root mean square distance of the measured points (m); NaN without points.
+    pub rms: f64,
+    /// The same before the fit.
+    pub rms_before: f64,
+    /// Designs with the fitted values.
+    pub designs: Vec<RobotDesign>,
+    /// Evaluations of all equilibria.
+    pub evaluations: usize,
+}
+
+/// Fits parameters, shared among all robots, to measurements.
+///
+/// # Errors
+/// See [`FitProblem`]; what the data cannot determine is refused.
+pub fn fit(
+    designs: &[RobotDesign],
+    measurements: &[Measurement],
+    list: &[Parameter],
+) -> Result<Fit, FitProblem> {
+    Parameter::check(list, designs).map_err(FitProblem::Parameter)?;
+    let groups = measurements.iter().map(|m| robot_of(designs, m)).collect::<Result<Vec<_>, _>>()?;
+    let start: Vec<f64> = list.iter().map(|p| p.present(designs)).collect();
+    let mut problem = Problem {
+        designs,
+        measurements,
+        groups,
+        list,
+        start: start.clone(),
+        relative: DVector::from_element(list.len(), 1.0),
+        last: RefCell::new(vec![None; measurements.len()]),
+        failure: RefCell::new(None),
+        evaluations: RefCell::new(0),
+    };
+    let before = problem.evaluate(false)?;
+    let numbers = before.weighted.len();
+    if numbers <= list.len() {
+        return Err(FitProblem::TooFew(numbers, list.len()));
+    }
+    // What is invisible at the start would send the search astray.
+    visible(&problem.evaluate(true)?, list, 1.0)?;
+    let (solved, report) = LevenbergMarquardt::new().with_tol(1e-10).minimize(problem);
+    problem = solved;
+    if let Some(failure) = problem.failure.borrow_mut().take() {
+        return Err(failure);
+    }
+    if !report.termination.was_successful() {
+        return Err(FitProblem::Search(format!("{:?}", report.termination)));
+    }
+    let found = problem.evaluate(true)?;
+    conclude(&problem, &before, &found)
+}
+
+fn robot_of(designs: &[RobotDesign], m: &Measurement) -> Result<usize, FitProblem> {
+    let names = || designs.iter().map(|d| d.name.as_str()).collect::<Vec<_>>().join(", ");
+    let fail = |why: String| Err(FitProblem::Measurement(m.row, why));
+    let index = if m.robot.is_empty() && designs.len() == 1 {
+        0
+    } else if let Some(index) = designs.iter().position(|d| d.name.eq_ignore_ascii_case(&m.robot)) {
+        index
+    } else if m.robot.is_empty() {
+        return fail(format!("the column robot is needed with several robots: {}", names()));
+    } else {
+        return fail(format!("there is no robot {}; there are {}", m.robot, names()));
+    };
+    let design = &designs[index];
+    let followers = design.tubes.len() - 1;
+    let beyond = |list: &[f64]| list.iter().skip(followers).any(|v| v.abs() > 0.0);
+    if beyond(&m.pulls) || beyond(&m.rotations) {
+        return fail(format!("{} has {followers} followers", design.name));
+    }
+    if let Line::Tube(tube) = m.line
+        && tube >= design.tubes.len()
+    {
+        return fail(format!("{} has tubes 1 to {}", design.name, design.tubes.len()));
+    }
+    if let Some(at) = m.at
+        && !(0.0..=design.length).contains(&at)
+    {
+        return fail(format!(
+            "at_mm is {}, but {} reaches from 0 to {} mm",
+            at * 1e3,
+            design.name,
+            design.length * 1e3
+        ));
+    }
+    Ok(index)
+}
+
+struct Problem<'a> {
+    designs: &'a [RobotDesign],
+    measurements: &'a [Measurement],
+    /// Robot of each measurement.
+    groups: Vec<usize>,
+    list: &'a [Parameter],
+    start: Vec<f64>,
+    /// Values relative to the start: what the search moves.
+    relative: DVector<f64>,
+    /// Last equilibrium of each measurement, to start from.
+    last: RefCell<Vec<Option<Equilibrium>>>,
+    failure: RefCell<Option<FitProblem>>,
+    evaluations: RefCell<usize>,
+}
+
+/// All residuals, and their derivatives by relative changes of the parameters.
+struct Evaluation {
+    /// (row, what, value)
+    plain: Vec<(usize, &'static str, f64)>,
+    weighted: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+fn command(m: &Measurement, followers: usize) -> Command {
+    let actuators = (0..followers)
+        .map(|f| Actuator { push_pull: Drive::Motion(m.pulls[f]), rotation: Drive::Motion(m.rotations[f]) })
+        .collect();
+    let mut loads = Loads::none();
+    if m.tip_force.norm() > 0.0 {
+        loads.wrenches.push(Wrench { point: m.tip_point, ..Wrench::tip_force(m.tip_force) });
+    }
+    Command { actuators, loads, knob: RotationKnob::Base }
+}
+
+/// The model's point and direction for a measurement.
+fn observe(m: &Measurement, robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<f64> {
+    let shape = Shape::at(robot, workspace, found, &[m.at.unwrap_or(robot.length())]);
+    let section = &shape.sections[0];
+    let point = match m.line {
+        Line::Centre => section.centre,
+        Line::Tube(tube) => section.tubes[tube].centroid,
+    };
+    let direction: Vector3<f64> = section.rotation.column(0).into_owned();
+    point.iter().chain(direction.iter()).copied().collect()
+}
+
+impl Problem<'_> {
+    fn values(&self) -> Vec<f64> {
+        self.start.iter().zip(self.relative.iter()).map(|(s, r)| s * r).collect()
+    }
+
+    fn evaluate(&self, derivatives: bool) -> Result<Evaluation, FitProblem> {
+        *self.evaluations.borrow_mut() += 1;
+        let values = self.values();
+        let robots = self
+            .designs
+            .iter()
+            .map(|d| Robot::new(apply(d, self.list, &values)))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|p| {
+                FitProblem::Search(p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
+            })?;
+        let mut workspace = Workspace::new();
+        let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, (m, &group)) in self.measurements.iter().zip(&self.groups).enumerate() {
+            let robot = &robots[group];
+            let command = command(m, robot.follower_count());
+            let settings = Settings::default();
+            let found = match &self.last.borrow()[i] {
+                Some(start) => solve_from(robot, &mut workspace, &command, &settings, start),
+                None => solve(robot, &mut workspace, &command, &settings),
+            };
+            let found = found.map_err(|e| FitProblem::Measurement(m.row, e.to_string()))?;
+            if let Status::NotConverged(_) = found.status {
+                return Err(FitProblem::NoEquilibrium(m.row, found.status.to_string()));
+            }
+            let seen = observe(m, robot, &mut workspace, &found);
+            let mut slopes: Vec<Vec<f64>> = Vec::new();
+            if derivatives {
+                for (p, parameter) in self.list.iter().enumerate() {
+                    let changed = |by: f64| {
+                        let mut moved = values.clone();
+                        moved[p] += by * self.start[p];
+                        Robot::new(apply(&self.designs[group], self.list, &moved)).ok()
+                    };
+                    let read = |robot: &Robot, w: &mut Workspace, eq: &Equilibrium| observe(m, robot, w, eq);
+                    let slope = parameter_sensitivity(robot, &mut workspace, &found, 1e-3, changed, read);
+                    let why = || format!("{parameter} has no derivative here");
+                    slopes.push(slope.ok_or_else(|| FitProblem::NoEquilibrium(m.row, why()))?);
+                }
+            }
+            for axis in 0..6 {
+                let (what, measured, sigma) = match (axis < 3, m.direction) {
+                    (true, _) => (AXES[axis], m.point[axis], m.sigma),
+                    (false, Some(direction)) => ("direction", direction[axis - 3], m.sigma_direction),
+                    (false, None) => ("direction", f64::NAN, 1.0),
+                };
+                if measured.is_nan() {
+                    continue;
+                }
+                plain.push((m.row, what, seen[axis] - measured));
+                weighted.push((seen[axis] - measured) / sigma);
+                rows.extend(slopes.iter().map(|s| s[axis] / sigma));
+            }
+            self.last.borrow_mut()[i] = Some(found);
+        }
+        let columns = if derivatives { self.list.len() } else { 0 };
+        Ok(Evaluation {
+            jacobian: DMatrix::from_row_slice(weighted.len(), columns, &rows),
+            plain,
+            weighted: DVector::from_vec(weighted),
+        })
+    }
+
+    /// For the search, which takes `None` for an answer; the reason is kept.
+    fn attempt(&self, derivatives: bool) -> Option<Evaluation> {
+        self.evaluate(derivatives).map_err(|problem| *self.failure.borrow_mut() = Some(problem)).ok()
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.relative.copy_from(x);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.relative.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        self.attempt(false).map(|e| e.weighted)
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        self.attempt(true).map(|e| e.jacobian)
+    }
+}
+
+/// A combination that is known to no better than itself is not known.
+const WORST: f64 = 1.0;
+/// Below this part of the largest singular value a combination is lost in rounding.
+const ROUNDING: f64 = 1e-7;
+
+fn visible(found: &Evaluation, list: &[Parameter], noise: f64) -> Result<(), FitProblem> {
+    let svd = found.jacobian.clone().svd(false, true);
+    let Some(v) = svd.v_t else { return Ok(()) };
+    let largest = svd.singular_values.max();
+    let weakest = svd.singular_values.imin();
+    let value = svd.singular_values[weakest];
+    let unseen = value <= ROUNDING * largest || value <= f64::MIN_POSITIVE;
+    if unseen || noise / value > WORST {
+        let mut combination: Vec<(Parameter, f64)> =
+            list.iter().copied().zip(v.row(weakest).iter().copied()).collect();
+        combination.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        let uncertainty = if unseen { f64::INFINITY } else { noise / value };
+        return Err(FitProblem::Invisible { combination, uncertainty });
+    }
+    Ok(())
+}
+
+fn conclude(problem: &Problem, before: &Evaluation, found: &Evaluation) -> Result<Fit, FitProblem> {
+    let (n, m) = found.jacobian.shape();
+    let freedom = (n - m) as f64;
+    let scale = (found.weighted.norm_squared() / freedom).sqrt();
+    visible(found, problem.list, scale)?;
+    let inverse = (found.jacobian.transpose() * &found.jacobian)
+        .try_inverse()
+        .ok_or_else(|| FitProblem::Search("the normal equations are singular".into()))?;
+    let quantile = |p: f64| StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(p));
+    let student = quantile(0.975);
+    let values = problem.values();
+    let estimates = problem
+        .list
+        .iter()
+        .enumerate()
+        .map(|(p, &parameter)| {
+            let deviation = scale * inverse[(p, p)].sqrt() * problem.start[p].abs();
+            let (value, before) = (values[p], problem.start[p]);
+            Estimate { parameter, value, before, deviation, interval: student * deviation }
+        })
+        .collect();
+    let correlation = (0..m)
+        .map(|i| (0..m).map(|j| inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()).collect())
+        .collect();
+    // Bonferroni: 5 % shared by all residuals, both sides.
+    let limit = quantile(1.0 - 0.025 / n as f64);
+    let residuals = found
+        .plain
+        .iter()
+        .enumerate()
+        .map(|(i, &(row, what, value))| {
+            let own = found.jacobian.row(i);
+            let leverage = (own * &inverse * own.transpose())[(0, 0)];
+            let expected = scale * (1.0 - leverage).max(1e-12).sqrt();
+            let studentised = if expected > 0.0 { found.weighted[i] / expected } else { 0.0 };
+            Residual { row, what, value, studentised, outlier: studentised.abs() > limit }
+        })
+        .collect();
+    let rms = |e: &Evaluation| {
+        let points: Vec<f64> = e.plain.iter().filter(|p| p.1 != "direction").map(|p| p.2).collect();
+        let mut rows: Vec<usize> = e.plain.iter().filter(|p| p.1 != "direction").map(|p| p.0).collect();
+        rows.dedup();
+        (points.iter().map(|v| v * v).sum::<f64>() / rows.len() as f64).sqrt()
+    };
+    Ok(Fit {
+        estimates,
+        correlation,
+        residuals,
+        scale,
+        rms: rms(found),
+        rms_before: rms(before),
+        designs: problem.designs.iter().map(|d| apply(d, problem.list, &values)).collect(),
+        evaluations: *problem.evaluations.borrow(),
+    })
+}
