@@ -3,7 +3,7 @@
 use crate::data::{Line, Measurement};
 use crate::parameter::{Parameter, ParameterProblem, apply};
 use cppr::Vector3;
-use cppr::analysis::{Shape, parameter_sensitivity};
+use cppr::analysis::{Perturbed, Shape, parameter_sensitivity};
 use cppr::design::{Robot, RobotDesign};
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
 use cppr::statics::{Loads, RotationKnob, Wrench};
@@ -40,7 +40,7 @@ impl fmt::Display for FitProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Parameter(problem) => problem.fmt(f),
-            Self::Measurement(row, why) => write!(f, "line {row}: {why}"),
+            Self::Measurement(row, why) | Self::NoEquilibrium(row, why) => write!(f, "line {row}: {why}"),
             Self::TooFew(numbers, parameters) => {
                 write!(
                     f,
@@ -66,7 +66,6 @@ impl fmt::Display for FitProblem {
                      shear modulus. Add loaded or turned measurements, or fit less"
                 )
             }
-            Self::NoEquilibrium(row, why) => write!(f, "line {row}: {why}"),
             Self::Search(why) => write!(f, "the search for the least squares ended without a result: {why}"),
         }
     }
@@ -256,6 +255,20 @@ impl Problem<'_> {
         self.start.iter().zip(self.relative.iter()).map(|(s, r)| s * r).collect()
     }
 
+    /// Per robot and parameter, for relative changes.
+    fn perturbed(&self, values: &[f64]) -> Result<Vec<Vec<Perturbed>>, FitProblem> {
+        let one = |design: &RobotDesign, p: usize| {
+            let changed = |by: f64| {
+                let mut moved = values.to_vec();
+                moved[p] += by * self.start[p];
+                Robot::new(apply(design, self.list, &moved)).ok()
+            };
+            let why = || FitProblem::Search(format!("{} cannot be changed at {}", design.name, self.list[p]));
+            Perturbed::new(1e-3, changed).ok_or_else(why)
+        };
+        self.designs.iter().map(|d| (0..self.list.len()).map(|p| one(d, p)).collect()).collect()
+    }
+
     fn evaluate(&self, derivatives: bool) -> Result<Evaluation, FitProblem> {
         *self.evaluations.borrow_mut() += 1;
         let values = self.values();
@@ -267,6 +280,7 @@ impl Problem<'_> {
             .map_err(|p| {
                 FitProblem::Search(p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
             })?;
+        let perturbed = if derivatives { self.perturbed(&values)? } else { Vec::new() };
         let mut workspace = Workspace::new();
         let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (m, &group)) in self.measurements.iter().zip(&self.groups).enumerate() {
@@ -284,14 +298,9 @@ impl Problem<'_> {
             let seen = observe(m, robot, &mut workspace, &found);
             let mut slopes: Vec<Vec<f64>> = Vec::new();
             if derivatives {
-                for (p, parameter) in self.list.iter().enumerate() {
-                    let changed = |by: f64| {
-                        let mut moved = values.clone();
-                        moved[p] += by * self.start[p];
-                        Robot::new(apply(&self.designs[group], self.list, &moved)).ok()
-                    };
+                for (parameter, moved) in self.list.iter().zip(&perturbed[group]) {
                     let read = |robot: &Robot, w: &mut Workspace, eq: &Equilibrium| observe(m, robot, w, eq);
-                    let slope = parameter_sensitivity(robot, &mut workspace, &found, 1e-3, changed, read);
+                    let slope = parameter_sensitivity(robot, &mut workspace, &found, moved, read);
                     let why = || format!("{parameter} has no derivative here");
                     slopes.push(slope.ok_or_else(|| FitProblem::NoEquilibrium(m.row, why()))?);
                 }

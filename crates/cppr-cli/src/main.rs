@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.
 
+mod calibrate;
 mod check;
 mod command;
 mod figure;
@@ -17,7 +18,7 @@ use std::process::ExitCode;
 
 /// Statics of concentric push-pull robots: nested notched tubes, joined at the tip.
 #[derive(Parser)]
-#[command(name = "cppr", version, arg_required_else_help = true, after_help = HELP)]
+#[command(name = "cppr", version, arg_required_else_help = true, term_width = 0, after_help = HELP)]
 struct Cli {
     #[command(subcommand)]
     task: Task,
@@ -28,6 +29,7 @@ First steps:
   cppr check robots/r3.toml
   cppr solve robots/r3.toml --pull 5mm --plot r3.svg
   cppr section robots/r3.toml --plot sections.svg
+  cppr paper --output report
 
 Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.";
 
@@ -42,6 +44,9 @@ enum Task {
     /// Checks robot files and reports every problem.
     #[command(after_help = check::EXAMPLES)]
     Check(check::Args),
+    /// Fits parameters of robots to measured shapes.
+    #[command(after_help = calibrate::EXAMPLES)]
+    Calibrate(calibrate::Args),
     /// Everything that Tummers et al. 2024 compute, in both formulations, as one report.
     #[command(after_help = paper::EXAMPLES)]
     Paper(paper::Args),
@@ -60,6 +65,7 @@ fn main() -> ExitCode {
         Task::Solve(args) => solve::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
+        Task::Calibrate(args) => calibrate::run(&args),
         Task::Paper(args) => paper::run(&args),
     };
     match result {

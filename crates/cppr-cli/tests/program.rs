@@ -15,8 +15,10 @@ fn cppr(arguments: &[&str]) -> Output {
 
 /// Runs in a folder of its own, robots beside it.
 fn cppr_in(folder: &Path, arguments: &[&str]) -> Output {
-    if !folder.join("robots").exists() {
-        std::os::unix::fs::symlink(root().join("robots"), folder.join("robots")).unwrap();
+    for name in ["robots", "examples"] {
+        if !folder.join(name).exists() {
+            std::os::unix::fs::symlink(root().join(name), folder.join(name)).unwrap();
+        }
     }
     Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(folder).output().unwrap()
 }
@@ -45,7 +47,7 @@ fn json(arguments: &[&str]) -> Value {
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in ["solve", "section", "check", ""] {
+    for task in ["solve", "section", "check", "calibrate", "paper", ""] {
         let help = text(
             &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
                 .stdout,
@@ -71,7 +73,7 @@ fn every_example_of_the_help_works() {
 fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for page in ["README.md", "docs/src/tutorial.md"] {
+    for page in ["README.md", "docs/src/tutorial.md", "docs/src/calibration.md", "docs/src/paper.md"] {
         let page = std::fs::read_to_string(root().join(page)).unwrap();
         for line in page.lines().filter_map(|l| l.strip_prefix("    cargo run --release -- ")) {
             let arguments: Vec<&str> = line.split_whitespace().filter(|a| *a != "robots/*.toml").collect();
@@ -447,4 +449,40 @@ fn a_reader_that_goes_away_is_no_error() {
     let output = Command::new("sh").args(["-c", &line]).current_dir(root()).output().unwrap();
     assert!(text(&output.stdout).starts_with("x_m,"));
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+}
+
+#[test]
+fn calibrate_tells_what_the_data_cannot_see() {
+    let data = ["--data", "examples/calibration/r1.csv"];
+    let calibrate = |extra: &[&'static str]| [&["calibrate", "robots/r1.toml"], &data[..], extra].concat();
+    refused(&calibrate(&["--fit", "centroid_offset_factor,youngs_modulus"]), "Remark 19");
+    refused(&calibrate(&["--fit", "weight"]), "cannot be fitted");
+    refused(&["calibrate", "robots/r1.toml", "--data", "none.csv", "--fit", "youngs_modulus"], "none.csv");
+    refused(
+        &["calibrate", "robots/r1.toml", "--data", "robots/r1.toml", "--fit", "youngs_modulus"],
+        "there is no column",
+    );
+    let output = cppr(&calibrate(&["--fit", "centroid_offset_factor", "--json", "-"]));
+    let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let estimate = &result["estimates"][0];
+    let number = |key: &str| estimate[key].as_f64().unwrap();
+    // Made with 1.22.
+    assert!((number("value") - 1.22).abs() < number("interval_95"), "{estimate}");
+}
+
+#[test]
+fn paper_writes_a_folder_whole_or_refuses_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let paper = ["paper", "--only", "table1", "--only", "figure07", "--output", "report"];
+    for _ in 0..2 {
+        assert_eq!(cppr_in(folder.path(), &paper).status.code(), Some(0));
+    }
+    for name in ["report.html", "numbers.json", "figure07.svg", "figure07.png"] {
+        assert!(folder.path().join("report").join(name).exists(), "{name} is missing");
+    }
+    let other = cppr_in(folder.path(), &["paper", "--only", "table1", "--output", "robots"]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(text(&other.stderr).contains("not an earlier report"));
+    assert!(root().join("robots/r1.toml").exists());
+    refused(&["paper", "--only", "figure99", "--output", "x"], "there is no page figure99");
 }

@@ -5,7 +5,7 @@ mod common;
 
 use common::{prototype, robot, stiff_tube};
 use cppr::analysis::shape::{Shape, tip_pose};
-use cppr::analysis::{parameter_sensitivity, sensitivity};
+use cppr::analysis::{Perturbed, parameter_sensitivity, sensitivity};
 use cppr::design::{BelowPlate, Robot, TubeDesign};
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Workspace, solve_from};
 use cppr::statics::{Loads, RotationKnob, Wrench};
@@ -185,9 +185,8 @@ fn design_parameters_agree_with_re_solved_robots() {
             ]
         };
         for which in 0..3 {
-            let exact =
-                parameter_sensitivity(&base, &mut workspace, &found, 1e-3, |p| change(which, p), read)
-                    .unwrap();
+            let moved = Perturbed::new(1e-3, |p| change(which, p)).unwrap();
+            let exact = parameter_sensitivity(&base, &mut workspace, &found, &moved, read).unwrap();
             let mut solved = |p: f64| {
                 let robot = change(which, p).unwrap();
                 let eq = solve_from(&robot, &mut workspace, &command, &settings, &found).unwrap();

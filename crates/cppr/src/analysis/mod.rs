@@ -4,5 +4,5 @@ pub mod sensitivity;
 pub mod shape;
 pub mod stability;
 
-pub use sensitivity::{Freedom, Input, Sensitivity, parameter_sensitivity, sensitivity};
+pub use sensitivity::{Freedom, Input, Perturbed, Sensitivity, parameter_sensitivity, sensitivity};
 pub use shape::{Section, Shape, TubeSection};

@@ -122,27 +122,43 @@ pub fn sensitivity(
     })
 }
 
+/// A robot with one design parameter moved to both sides, for fourth-order differences.
+#[derive(Clone, Debug)]
+pub struct Perturbed {
+    step: f64,
+    robots: [Robot; 4],
+}
+
+impl Perturbed {
+    /// Places of the robots in steps, and their weights.
+    const SHARES: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
+
+    /// `robot_at(p)` is the robot at the parameter's distance p from its present value, `step` a distance over
+    /// which the fields change smoothly: 1e-3 of the parameter is a good choice. `None` where a robot cannot be built.
+    pub fn new(step: f64, robot_at: impl Fn(f64) -> Option<Robot>) -> Option<Self> {
+        let [a, b, c, d] = Self::SHARES.map(|(at, _)| robot_at(at * step));
+        Some(Self { step, robots: [a?, b?, c?, d?] })
+    }
+}
+
 /// Derivatives of any outputs of an equilibrium by one design parameter.
 ///
-/// `robot_at(p)` is the robot at the parameter's distance p from its present value, `step` a distance over which the fields
-/// change smoothly (1e-3 of the parameter is a good choice: differences are of fourth order), `outputs` reads what is wanted
-/// from an equilibrium, the same number of values each time. `None` as for [`sensitivity`], or where a robot cannot be built.
+/// `outputs` reads what is wanted from an equilibrium, the same number of values each time. `None` as for
+/// [`sensitivity`].
 pub fn parameter_sensitivity(
     robot: &Robot,
     workspace: &mut Workspace,
     equilibrium: &Equilibrium,
-    step: f64,
-    robot_at: impl Fn(f64) -> Option<Robot>,
+    perturbed: &Perturbed,
     outputs: impl Fn(&Robot, &mut Workspace, &Equilibrium) -> Vec<f64>,
 ) -> Option<Vec<f64>> {
-    // Central differences over ±1 and ±2 steps, fourth order.
-    const SHARES: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
-    let robots: Vec<Robot> = SHARES.iter().map(|&(at, _)| robot_at(at * step)).collect::<Option<_>>()?;
+    let Perturbed { step, robots } = perturbed;
+    let step = *step;
     factor(robot, workspace, equilibrium)?;
     let scale = Scale::of(robot);
     let lu = workspace.lu.clone();
     let mut slope = vec![0.0; workspace.residual.len()];
-    for (moved, &(_, share)) in robots.iter().zip(&SHARES) {
+    for (moved, &(_, share)) in robots.iter().zip(&Perturbed::SHARES) {
         let system = equilibrium.system(moved);
         workspace.evaluate(&system, &equilibrium.point).ok()?;
         let rescale = Scale::of(moved).energy / scale.energy;
@@ -154,7 +170,7 @@ pub fn parameter_sensitivity(
     }
     lu.solve(&mut slope, 1);
     let mut total: Vec<f64> = Vec::new();
-    for (moved, &(at, share)) in robots.iter().zip(&SHARES) {
+    for (moved, &(at, share)) in robots.iter().zip(&Perturbed::SHARES) {
         let along = equilibrium.moved(robot, &slope, at * step);
         let values = outputs(moved, workspace, &along);
         total.resize(values.len(), 0.0);

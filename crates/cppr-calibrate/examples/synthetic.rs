@@ -1,0 +1,55 @@
+//! Makes the example data: `cargo run --release -p cppr-calibrate --example synthetic` writes
+//! `examples/calibration/measured.csv` and `r1.csv`.
+//!
+//! Tips of R1 and R2 with a centroid factor of 1.22 and E = 4.8 GPa, unloaded and under 0.15 N, with normal noise of
+//! 0.5 mm from a fixed seed: what a calibration should find again.
+
+use cppr::Vector3;
+use cppr::analysis::shape::tip_pose;
+use cppr::design::Robot;
+use cppr::solve::{Command, Settings, Workspace, solve};
+use cppr::statics::Loads;
+use cppr_calibrate::Parameter;
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut state = 0x2545_F491_4F6C_DD1D_u64;
+    let mut uniform = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut normal = move || (-2.0 * uniform().max(1e-300).ln()).sqrt() * (TAU * uniform()).cos();
+    let head = "robot,pull2_mm,tip_force_y_N,x_mm,y_mm,z_mm,sigma_mm\n";
+    let (mut all, mut first) = (String::from(head), String::from(head));
+    let mut workspace = Workspace::new();
+    for name in ["r1", "r2"] {
+        let mut design = cppr_io::robot_file::read(format!("robots/{name}.toml"))?.design;
+        for (parameter, value) in [("centroid_offset_factor", 1.22), ("youngs_modulus", 4.8e9)] {
+            Parameter::parse(parameter)?.set(&mut design, value);
+        }
+        let robot = Robot::new(design).map_err(|problems| problems[0].clone())?;
+        for pull in [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0] {
+            for force in [0.0, 0.15, -0.15] {
+                let loads = Loads::tip_force(Vector3::new(0.0, force, 0.0));
+                let command = Command::pull(&[pull * 1e-3]).with_loads(loads);
+                let found = solve(&robot, &mut workspace, &command, &Settings::default())?;
+                let tip = tip_pose(&robot, &mut workspace, &found).1 * 1e3;
+                let seen = [tip.x, tip.y, tip.z].map(|v| v + 0.5 * normal());
+                let mut row = String::new();
+                let label = &robot.design().name;
+                writeln!(row, "{label},{pull},{force},{:.3},{:.3},{:.3},0.5", seen[0], seen[1], seen[2])?;
+                all.push_str(&row);
+                if name == "r1" && force.abs() <= 0.0 {
+                    first.push_str(&row);
+                }
+            }
+        }
+    }
+    std::fs::write("examples/calibration/measured.csv", all)?;
+    std::fs::write("examples/calibration/r1.csv", first)?;
+    Ok(())
+}

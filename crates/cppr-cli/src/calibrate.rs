@@ -1,0 +1,194 @@
+//! `cppr calibrate`: parameters from measurements.
+
+use crate::Failure;
+use crate::command::read_robot;
+use crate::figure;
+use crate::output::{check, print, write, write_or_print};
+use cppr_calibrate::{Fit, FitProblem, Parameter, fit, fitted_file, read};
+use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr calibrate robots/r1.toml robots/r2.toml --data examples/calibration/measured.csv --fit centroid_offset_factor,youngs_modulus
+  cppr calibrate robots/r1.toml --data examples/calibration/r1.csv --fit centroid_offset_factor --output fitted --plot residuals.svg
+
+Parameters: centroid_offset_factor, youngs_modulus, shear_modulus; with @K for tube K alone. All robots share them.
+The table: one row per measured point, columns robot, pull2_mm, rotate2_deg, tip_force_y_N, x_mm, y_mm, z_mm, sigma_mm, ...
+(docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";
+
+/// Arguments of `cppr calibrate`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot files (TOML)
+    #[arg(required = true, value_name = "ROBOT")]
+    robots: Vec<PathBuf>,
+    /// Measurements (CSV)
+    #[arg(long, value_name = "FILE")]
+    data: PathBuf,
+    /// Parameters to fit
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
+    fit: Vec<String>,
+    /// Folder for the robot files with the fitted values
+    #[arg(long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Draw the residuals, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Write the result, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Reads, fits, reports.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let format = args.plot.as_deref().map(figure::format).transpose()?;
+    check(&args.data, &[("--plot", args.plot.as_deref()), ("--json", args.json.as_deref())])?;
+    let list = args.fit.iter().map(|name| Parameter::parse(name.trim())).collect::<Result<Vec<_>, _>>();
+    let list = list.map_err(|e| Failure::Input(format!("--fit: {e}")))?;
+    let mut designs = Vec::new();
+    for path in &args.robots {
+        designs.push(read_robot(path)?.0.design);
+    }
+    let shown = args.data.display();
+    let text = fs::read_to_string(&args.data)
+        .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
+    let followers = designs.iter().map(|d| d.tubes.len() - 1).max().unwrap_or(0);
+    let rows = read(&text, followers).map_err(|problems| {
+        let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
+        Failure::Input(lines.join("\n"))
+    })?;
+    let found = fit(&designs, &rows, &list).map_err(|problem| match problem {
+        FitProblem::NoEquilibrium(..) => Failure::NoEquilibrium(format!("{shown}: {problem}")),
+        FitProblem::Measurement(..) => Failure::Input(format!("{shown}: {problem}")),
+        _ => Failure::Input(problem.to_string()),
+    })?;
+    if let Some(folder) = &args.output {
+        fs::create_dir_all(folder).map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
+        for path in &args.robots {
+            put(path, folder, &found)?;
+        }
+    }
+    if let (Some(path), Some(format)) = (&args.plot, format) {
+        figure::write(path, format, &residuals(&found)?)?;
+    }
+    if let Some(path) = &args.json {
+        write_or_print(path, &json(&found))?;
+        if crate::output::is_stdout(path) {
+            return Ok(());
+        }
+    }
+    print(&table(&found))
+}
+
+fn put(robot: &Path, folder: &Path, found: &Fit) -> Result<(), Failure> {
+    let failed = |e: &dyn std::fmt::Display| Failure::Input(format!("{}: {e}", robot.display()));
+    let text = fs::read_to_string(robot).map_err(|e| failed(&e))?;
+    let fitted = fitted_file(&text, &found.estimates).map_err(|e| failed(&e))?;
+    let name = robot.file_name().ok_or_else(|| failed(&"is no file"))?;
+    let target = folder.join(name);
+    if fs::canonicalize(&target).ok().is_some_and(|t| fs::canonicalize(robot).is_ok_and(|r| r == t)) {
+        return Err(failed(&"would be overwritten; give another --output folder"));
+    }
+    write(&target, fitted.as_bytes())
+}
+
+fn table(found: &Fit) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{:<28}{:>12}{:>12}  95 % interval", "parameter", "before", "fitted");
+    for e in &found.estimates {
+        let (unit, size) = e.parameter.unit();
+        let _ = writeln!(
+            text,
+            "{:<28}{:>12.5}{:>12.5}  ± {:.5} {unit}",
+            e.parameter.to_string(),
+            e.before / size,
+            e.value / size,
+            e.interval / size
+        );
+    }
+    for i in 0..found.estimates.len() {
+        for j in 0..i {
+            let (a, b) = (&found.estimates[i].parameter, &found.estimates[j].parameter);
+            let _ = writeln!(text, "correlation of {b} and {a}: {:+.2}", found.correlation[i][j]);
+        }
+    }
+    let mm = |v: f64| format!("{:.3} mm", v * 1e3);
+    let _ = writeln!(
+        text,
+        "root mean square distance   {} before, {} fitted",
+        mm(found.rms_before),
+        mm(found.rms)
+    );
+    let _ = writeln!(
+        text,
+        "noise against stated        {:.2} (1 where the stated deviations are right and the model is)",
+        found.scale
+    );
+    for r in found.residuals.iter().filter(|r| r.outlier) {
+        let _ = writeln!(
+            text,
+            "outlier: line {}, {}: {:.1} standard deviations away; look at it, it was not left out",
+            r.row, r.what, r.studentised
+        );
+    }
+    text
+}
+
+fn json(found: &Fit) -> String {
+    let estimates: Vec<serde_json::Value> = found
+        .estimates
+        .iter()
+        .map(|e| {
+            let (unit, size) = e.parameter.unit();
+            serde_json::json!({
+                "parameter": e.parameter.to_string(), "unit": unit, "before": e.before / size,
+                "value": e.value / size, "standard_deviation": e.deviation / size,
+                "interval_95": e.interval / size,
+            })
+        })
+        .collect();
+    let residuals: Vec<serde_json::Value> = found
+        .residuals
+        .iter()
+        .map(|r| {
+            let key = if r.what == "direction" { "value_rad" } else { "value_m" };
+            serde_json::json!({ "line": r.row, "what": r.what, key: r.value, "studentised": r.studentised,
+                "outlier": r.outlier })
+        })
+        .collect();
+    let whole = serde_json::json!({
+        "schema": "cppr/calibration", "schema_version": 1, "estimates": estimates,
+        "correlation": found.correlation, "rms_distance_m": found.rms, "rms_distance_before_m": found.rms_before,
+        "noise_against_stated": found.scale, "residuals": residuals,
+    });
+    format!("{whole:#}\n")
+}
+
+/// Studentised residuals over the lines of the file, with ±2 as a guide.
+fn residuals(found: &Fit) -> Result<cppr_plot::Figure, Failure> {
+    let mut curves: Vec<XyCurve> = Vec::new();
+    for r in &found.residuals {
+        let point = [r.row as f64, r.studentised];
+        match curves.iter_mut().find(|c| c.name == r.what) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(XyCurve { scattered: true, ..XyCurve::new(r.what, vec![point]) }),
+        }
+    }
+    let rows = found.residuals.iter().map(|r| r.row as f64);
+    let (first, last) = rows.fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
+    for (limit, name) in [(2.0, "±2 deviations"), (-2.0, "")] {
+        let line = vec![[first, limit], [last, limit]];
+        curves.push(XyCurve { reference: true, ..XyCurve::new(name, line) });
+    }
+    let input = XyInput {
+        title: "Residuals of the fit".into(),
+        x: Axis::new("line of the file", "-"),
+        y: Axis::new("studentised residual", "-"),
+        curves,
+    };
+    xy_figure(&input).map_err(|e| figure::plot_failure(&e))
+}
