@@ -464,6 +464,11 @@ fn commands_that_make_no_sense_are_refused_with_a_reason() {
     refused(&Command::pull(&[1e-3]), &settings.with_stretch(), "axial stiffness");
     let turned = Actuator { push_pull: Drive::Motion(0.0), rotation: Drive::Motion(0.1) };
     refused(&Command { actuators: vec![turned], ..Command::pull(&[]) }, &Settings::planar(), "planar");
+    let sideways = Command::pull(&[1e-3]).with_loads(Loads::tip_force(Vector3::z()));
+    refused(&sideways, &Settings::planar(), "across the X-Y plane");
+    let backwards = DistributedForce { force: Vector3::y(), from: 0.05, to: 0.02 };
+    let loads = Loads { distributed: vec![backwards], ..Loads::none() };
+    refused(&Command::pull(&[1e-3]).with_loads(loads), &settings, "smaller label first");
     let far = Wrench { station: Station::Label(0.2), ..Wrench::tip_force(Vector3::x()) };
     let loads = Loads { wrenches: vec![far], ..Loads::none() };
     refused(&Command::pull(&[0.0]).with_loads(loads), &settings, "200.000 mm");

@@ -144,6 +144,11 @@ impl Command {
         if settings.resolution.bending_z == 0 || settings.resolution.nodes == 0 {
             return Err(CommandProblem::NoModes);
         }
+        let r = settings.resolution;
+        let flat = r.twist == 0 && r.bending_y == 0;
+        if flat && !(robot.is_planar() && self.loads.is_planar()) {
+            return Err(CommandProblem::NotPlanar);
+        }
         self.loads.check(robot).map_err(CommandProblem::Load)
     }
 }
@@ -179,6 +184,8 @@ pub enum CommandProblem {
     },
     /// Stretch is asked for, but a tube has no axial stiffness.
     NoAxialStiffness,
+    /// The planar resolution is asked to solve for a robot or loads that leave the plane.
+    NotPlanar,
     /// The resolution has no bending modes or no nodes.
     NoModes,
     /// A load is wrong.
@@ -210,6 +217,12 @@ impl fmt::Display for CommandProblem {
                 write!(
                     f,
                     "stretch needs the axial stiffness of every tube; a tube given by its stiffness lacks it"
+                )
+            }
+            Self::NotPlanar => {
+                write!(
+                    f,
+                    "the planar resolution sees neither loads across the X-Y plane nor robots out of it"
                 )
             }
             Self::NoModes => write!(f, "the resolution needs at least one mode of bending and one node"),

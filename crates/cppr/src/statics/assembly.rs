@@ -11,8 +11,8 @@
 //! angles among them are integrals; their adjoints a_i, b_i turn second derivatives of the whole into second
 //! derivatives at the nodes: 𝓛_uu = Σ ℓ Zᵀ (F + a·|h|)_vv Z + (terms of moving elements), Z = dv/du.
 
-use super::energy;
 use super::load::{Applied, Loads, Station};
+use super::{energy, weight};
 use crate::dense::{Lu, axpy};
 use crate::design::Robot;
 use crate::design::fields::{FieldJets, Part};
@@ -20,7 +20,7 @@ use crate::kinematics::follower::{Block, local};
 use crate::kinematics::layout::{Joint, Layout};
 use crate::kinematics::pose::{Poses, point};
 use crate::kinematics::state::State;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// What the conjugate of the actuation torque is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -63,8 +63,8 @@ pub(crate) struct Assembly {
     pub adjoint: Vec<f64>,
     angle_adjoint: Vec<f64>,
     pub(crate) jets: Vec<FieldJets>,
-    values: Vec<f64>,
-    slopes: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    pub(super) slopes: Vec<f64>,
     pub(crate) point_force: Vec<Vector3<f64>>,
     pub(super) point_moment: Vec<Vector3<f64>>,
     lu: Lu,
@@ -203,7 +203,7 @@ impl Assembly {
                 let label = state.local[node * rows + local::X];
                 let leader = robot.fields[0].jets(label, Part::Pattern);
                 self.jets[node * layout.tubes] = leader;
-                let (energy, gradient) = leader_energy(&leader, &state.local[node * rows..node * rows + 5]);
+                let (energy, gradient) = energy::leader(&leader, &state.local[node * rows..node * rows + 5]);
                 let mut value = energy;
                 let slopes = &mut self.slopes[node * rows..(node + 1) * rows];
                 axpy(&mut slopes[..5], weight, &gradient);
@@ -234,43 +234,6 @@ impl Assembly {
                     );
                 }
             }
-        }
-    }
-
-    /// Adds the potential of gravity at one node: F −= w Σ m |h| γ·(c + R o).
-    #[allow(clippy::too_many_arguments)]
-    fn weigh(
-        &mut self,
-        setting: &Setting,
-        state: &State,
-        node: usize,
-        weight: f64,
-        gravity: &Vector3<f64>,
-        rotation: &Matrix3<f64>,
-        centre: &Vector3<f64>,
-    ) {
-        let layout = setting.layout;
-        let (rows, followers) = (layout.rows(), layout.tubes - 1);
-        let slopes = &mut self.slopes[node * rows..(node + 1) * rows];
-        let body = rotation.transpose() * gravity;
-        let height = gravity.dot(centre);
-        let leader = &self.jets[node * layout.tubes];
-        let arm = height + leader.offset[0] * body.y;
-        self.values[node] -= weight * leader.mass[0] * arm;
-        slopes[local::X] -= weight * (leader.mass[1] * arm + leader.mass[0] * leader.offset[1] * body.y);
-        for f in 0..followers {
-            let jets = &self.jets[node * layout.tubes + f + 1];
-            let facing = &state.facing[node * followers + f];
-            let along = -facing.cos * body.y + facing.sin * body.z;
-            let across = facing.sin * body.y + facing.cos * body.z;
-            let arm = height + jets.offset[0] * along;
-            let [m, m1, _] = jets.mass;
-            self.values[node] -= weight * m * facing.h * arm;
-            for (variable, slope) in facing.dh.iter().enumerate() {
-                slopes[State::row(f, variable)] -= weight * m * arm * slope;
-            }
-            slopes[State::row(f, local::FACE)] -= weight * facing.h * (m1 * arm + m * jets.offset[1] * along);
-            slopes[State::row(f, local::TH)] -= weight * m * facing.h * jets.offset[0] * across;
         }
     }
 
@@ -382,7 +345,7 @@ impl Assembly {
                 self.work.clear();
                 self.work.extend_from_slice(&self.slopes[node * rows..(node + 1) * rows]);
                 let leader = self.jets[node * layout.tubes];
-                add_leader_hessian(
+                energy::add_leader_hessian(
                     &leader,
                     &state.local[node * rows..node * rows + 5],
                     rule.weights[i],
@@ -399,7 +362,7 @@ impl Assembly {
                     let mut along_h = rule.weights[i] * by_h + adjoint;
                     if let Some(gravity) = setting.loads.gravity {
                         let at = point(layout, e, i);
-                        along_h += add_weight_hessian(
+                        along_h += weight::add_hessian(
                             facing,
                             jets,
                             rule.weights[i],
@@ -478,99 +441,6 @@ impl Assembly {
 /// The part of follower `f` (0-based) that faces the plate.
 fn part_at_base(layout: &Layout, f: usize) -> Part {
     if layout.elements[0].below[f + 1] { Part::Below } else { Part::Pattern }
-}
-
-/// ω_1 and its gradient by (K_X, K_Y, K_Z, e_1, X).
-fn leader_energy(fields: &FieldJets, v: &[f64]) -> (f64, [f64; 5]) {
-    let [_, rest, bend, _] = fields.direction;
-    let twist = v[local::KX] - rest;
-    let (ky, kz, stretch) = (v[local::KY], v[local::KZ], v[local::E1]);
-    let axial = if stretch == 0.0 { [0.0; 3] } else { fields.axial };
-    let form = |order: usize| {
-        0.5 * (fields.torsion[order] * twist * twist
-            + fields.bending_y[order] * ky * ky
-            + fields.bending_z[order] * kz * kz
-            + axial[order] * stretch * stretch)
-    };
-    let gj = fields.torsion[0];
-    (
-        form(0),
-        [
-            gj * twist,
-            fields.bending_y[0] * ky,
-            fields.bending_z[0] * kz,
-            axial[0] * stretch,
-            form(1) - gj * twist * bend,
-        ],
-    )
-}
-
-fn add_leader_hessian(fields: &FieldJets, v: &[f64], weight: f64, full: &mut [f64], rows: usize) {
-    let [_, rest, bend, jerk] = fields.direction;
-    let twist = v[local::KX] - rest;
-    let stretch = v[local::E1];
-    let axial = if fields.axial[0].is_finite() { fields.axial } else { [0.0; 3] };
-    let [gj, gj1, gj2] = fields.torsion;
-    let x = local::X;
-    let mut add = |i: usize, j: usize, value: f64| {
-        full[i * rows + j] += weight * value;
-        if i != j {
-            full[j * rows + i] += weight * value;
-        }
-    };
-    add(local::KX, local::KX, gj);
-    add(local::KY, local::KY, fields.bending_y[0]);
-    add(local::KZ, local::KZ, fields.bending_z[0]);
-    add(local::E1, local::E1, axial[0]);
-    add(local::KX, x, gj1 * twist - gj * bend);
-    add(local::KY, x, fields.bending_y[1] * v[local::KY]);
-    add(local::KZ, x, fields.bending_z[1] * v[local::KZ]);
-    add(local::E1, x, axial[1] * stretch);
-    let curvature = 0.5
-        * (gj2 * twist * twist
-            + fields.bending_y[2] * v[local::KY] * v[local::KY]
-            + fields.bending_z[2] * v[local::KZ] * v[local::KZ]
-            + axial[2] * stretch * stretch)
-        - 2.0 * gj1 * twist * bend
-        + gj * (bend * bend - twist * jerk);
-    add(x, x, curvature);
-}
-
-/// Second derivatives of −w m |h| γ·(c + R o) by the local variables, without those of |h| itself, whose
-/// factor is returned.
-fn add_weight_hessian(
-    facing: &crate::kinematics::follower::Facing,
-    jets: &FieldJets,
-    weight: f64,
-    gravity: &Vector3<f64>,
-    rotation: &Matrix3<f64>,
-    centre: &Vector3<f64>,
-    block: &mut Block,
-) -> f64 {
-    let body = rotation.transpose() * gravity;
-    let along = -facing.cos * body.y + facing.sin * body.z;
-    let across = facing.sin * body.y + facing.cos * body.z;
-    let [d, d1, d2] = jets.offset;
-    let [m, m1, m2] = jets.mass;
-    let arm = gravity.dot(centre) + d * along;
-    // S(x, θ) = m · arm, so that F = −w h S.
-    let (by_face, by_angle) = (m1 * arm + m * d1 * along, m * d * across);
-    let mut add = |i: usize, j: usize, value: f64| {
-        block[i][j] -= weight * value;
-        if i != j {
-            block[j][i] -= weight * value;
-        }
-    };
-    add(local::FACE, local::FACE, facing.h * (m2 * arm + 2.0 * m1 * d1 * along + m * d2 * along));
-    add(local::FACE, local::TH, facing.h * (m1 * d + m * d1) * across);
-    add(local::TH, local::TH, -facing.h * m * d * along);
-    for (variable, &slope) in facing.dh.iter().enumerate() {
-        for (other, by) in [(local::FACE, by_face), (local::TH, by_angle)] {
-            block[variable][other] -= weight * slope * by;
-            block[other][variable] -= weight * slope * by;
-        }
-    }
-    -weight * m * arm
 }
 
 /// hessian += length Zᵀ full Z at one node.

@@ -1,4 +1,4 @@
-//! Elastic energy of one follower per unit of the leader's label, with exact first and second derivatives.
+//! Elastic energy of follower and leader per unit of the leader's label, with exact first and second derivatives.
 //!
 //! ω = |h| · ½ [GJ Δτ² + EI_Y κ_Y² + EI_Z κ_Z² + EA e²] in the strains of `kinematics::follower`; all
 //! stiffnesses are taken at the facing abscissa x_k and differentiated with it.
@@ -144,4 +144,60 @@ pub(crate) fn add_hessian(
     add(KY, TH, -by_p * sin + by_r * cos);
     add(KZ, TH, -by_p * cos - by_r * sin);
     inner.slope[0]
+}
+
+/// ω_1 and its gradient by (K_X, K_Y, K_Z, e_1, X).
+pub(crate) fn leader(fields: &FieldJets, v: &[f64]) -> (f64, [f64; 5]) {
+    let [_, rest, bend, _] = fields.direction;
+    let twist = v[local::KX] - rest;
+    let (ky, kz, stretch) = (v[local::KY], v[local::KZ], v[local::E1]);
+    let axial = if stretch == 0.0 { [0.0; 3] } else { fields.axial };
+    let form = |order: usize| {
+        0.5 * (fields.torsion[order] * twist * twist
+            + fields.bending_y[order] * ky * ky
+            + fields.bending_z[order] * kz * kz
+            + axial[order] * stretch * stretch)
+    };
+    let gj = fields.torsion[0];
+    (
+        form(0),
+        [
+            gj * twist,
+            fields.bending_y[0] * ky,
+            fields.bending_z[0] * kz,
+            axial[0] * stretch,
+            form(1) - gj * twist * bend,
+        ],
+    )
+}
+
+pub(crate) fn add_leader_hessian(fields: &FieldJets, v: &[f64], weight: f64, full: &mut [f64], rows: usize) {
+    let [_, rest, bend, jerk] = fields.direction;
+    let twist = v[local::KX] - rest;
+    let stretch = v[local::E1];
+    let axial = if fields.axial[0].is_finite() { fields.axial } else { [0.0; 3] };
+    let [gj, gj1, gj2] = fields.torsion;
+    let x = local::X;
+    let mut add = |i: usize, j: usize, value: f64| {
+        full[i * rows + j] += weight * value;
+        if i != j {
+            full[j * rows + i] += weight * value;
+        }
+    };
+    add(local::KX, local::KX, gj);
+    add(local::KY, local::KY, fields.bending_y[0]);
+    add(local::KZ, local::KZ, fields.bending_z[0]);
+    add(local::E1, local::E1, axial[0]);
+    add(local::KX, x, gj1 * twist - gj * bend);
+    add(local::KY, x, fields.bending_y[1] * v[local::KY]);
+    add(local::KZ, x, fields.bending_z[1] * v[local::KZ]);
+    add(local::E1, x, axial[1] * stretch);
+    let curvature = 0.5
+        * (gj2 * twist * twist
+            + fields.bending_y[2] * v[local::KY] * v[local::KY]
+            + fields.bending_z[2] * v[local::KZ] * v[local::KZ]
+            + axial[2] * stretch * stretch)
+        - 2.0 * gj1 * twist * bend
+        + gj * (bend * bend - twist * jerk);
+    add(x, x, curvature);
 }

@@ -113,6 +113,13 @@ pub enum LoadProblem {
         /// The robot's length (m).
         length: f64,
     },
+    /// A distributed force ends before it begins (m).
+    Backwards {
+        /// First label (m).
+        from: f64,
+        /// Last label (m).
+        to: f64,
+    },
     /// A pulley radius or a tension is negative (SI).
     Negative(&'static str, f64),
 }
@@ -127,6 +134,14 @@ impl fmt::Display for LoadProblem {
                 label * 1e3,
                 length * 1e3
             ),
+            Self::Backwards { from, to } => {
+                write!(
+                    f,
+                    "a distributed force runs from {:.3} to {:.3} mm: write the smaller label first",
+                    from * 1e3,
+                    to * 1e3
+                )
+            }
             Self::Negative(what, value) => write!(f, "{what} is {value}; it cannot be negative"),
         }
     }
@@ -181,6 +196,17 @@ impl Loads {
         self.wrenches.iter().all(|w| w.frame == Frame::World && w.moment == Vector3::zeros())
     }
 
+    /// True where no load acts across the X–Y plane.
+    #[must_use]
+    pub fn is_planar(&self) -> bool {
+        let flat = |v: &Vector3<f64>| v.z.abs() <= 0.0;
+        let along_z = |v: &Vector3<f64>| v.x.abs() <= 0.0 && v.y.abs() <= 0.0;
+        self.wrenches.iter().all(|w| flat(&w.force) && flat(&w.point) && along_z(&w.moment))
+            && self.distributed.iter().all(|d| flat(&d.force))
+            && self.gravity.is_none_or(|g| flat(&g))
+            && self.threads.iter().all(|t| flat(&t.pulley) && flat(&t.point))
+    }
+
     /// What is wrong with the loads, on a robot.
     ///
     /// # Errors
@@ -209,6 +235,9 @@ impl Loads {
             }
             inside(d.from)?;
             inside(d.to)?;
+            if d.from > d.to {
+                return Err(LoadProblem::Backwards { from: d.from, to: d.to });
+            }
         }
         if self.gravity.is_some_and(|g| !finite(&g)) {
             return Err(LoadProblem::NotFinite("the gravity"));

@@ -7,6 +7,7 @@ pub(crate) mod energy;
 pub mod load;
 pub(crate) mod printed;
 pub(crate) mod stiffness;
+pub(crate) mod weight;
 
 pub use assembly::RotationKnob;
 pub use load::{DistributedForce, Frame, LoadProblem, Loads, Station, Thread, Wrench};
