@@ -57,7 +57,7 @@ fn factor(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium) -
         return None;
     }
     equilibrium.refresh(robot, workspace);
-    workspace.poses.differentiate(&equilibrium.layout, &workspace.state);
+    workspace.poses.differentiate(&equilibrium.layout, &workspace.state, false);
     let n = workspace.residual.len();
     workspace.lu.factor(&workspace.matrix, n).ok()
 }

@@ -41,6 +41,8 @@ pub(crate) struct Poses {
     pub shift: Vec<f64>,
     /// Per step nine rows: α_1, α_2, α_3 by the unknowns.
     pub generator_rows: Vec<f64>,
+    rates: Vec<f64>,
+    row: Vec<f64>,
 }
 
 /// Number of a point: node `i` of element `e`, or its end for `i` = n.
@@ -110,93 +112,125 @@ impl Poses {
         }
     }
 
-    /// Derivatives of rotations and positions; needs the state's rows.
-    pub fn differentiate(&mut self, layout: &Layout, state: &State) {
+    /// Derivatives of rotations and positions; needs the state's rows. Those of positions are found at the ends of
+    /// elements, and at the nodes too where `everywhere`.
+    pub fn differentiate(&mut self, layout: &Layout, state: &State, everywhere: bool) {
         let n_u = state.unknowns;
         let points = layout.nodes + layout.elements.len();
-        for (buffer, rows) in [(&mut self.spin, 3), (&mut self.shift, 3), (&mut self.generator_rows, 9)] {
-            buffer.resize(points * rows * n_u, 0.0);
-            buffer.fill(0.0);
-        }
-        for (e, element) in layout.elements.iter().enumerate() {
-            let rule = &layout.rules[element.rule];
-            let (n, length) = (rule.n, state.lengths[e]);
-            let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
-            for s in 0..=n {
-                let at = point(layout, e, s);
-                let step = self.steps[at];
-                let turn = (step.before * step.jacobian * step.magnus.slope()).transpose();
-                for m in 0..3 {
-                    for axis in 0..3 {
-                        let slot = (at * 9 + m * 3 + axis) * n_u;
-                        let row = &mut self.generator_rows[slot..slot + n_u];
-                        for j in 0..n {
-                            let share = length * rule.magnus[m][s * n + j];
-                            axpy(row, share, state.z_row(element.first_node + j, axis));
-                        }
-                        axpy(row, step.magnus.alpha[m][axis] / length, length_row);
-                        for (direction, factor) in turn.row(m * 3 + axis).iter().enumerate() {
-                            let slot = (at * 3 + direction) * n_u;
-                            axpy(&mut self.spin[slot..slot + n_u], *factor, row);
-                        }
-                    }
-                }
-                if at > 0 {
-                    let (before, own) = self.spin.split_at_mut(at * 3 * n_u);
-                    axpy(&mut own[..3 * n_u], 1.0, &before[(at - 1) * 3 * n_u..]);
-                }
+        self.spin.resize(points * 3 * n_u, 0.0);
+        self.shift.resize(points * 3 * n_u, 0.0);
+        self.generator_rows.clear();
+        self.generator_rows.resize(points * 9 * n_u, 0.0);
+        for e in 0..layout.elements.len() {
+            for s in 0..=layout.rules[layout.elements[e].rule].n {
+                self.generators(layout, state, e, s);
+                self.turn_rows(layout, state, e, s);
             }
-            self.shift_rows(layout, state, e);
+            self.shift_rows(layout, state, e, everywhere);
         }
     }
 
-    fn shift_rows(&mut self, layout: &Layout, state: &State, e: usize) {
+    /// α of one step by the unknowns: by the element's own modes, and by edges that move it.
+    fn generators(&mut self, layout: &Layout, state: &State, e: usize, s: usize) {
+        let n_u = state.unknowns;
+        let element = &layout.elements[e];
+        let rule = &layout.rules[element.rule];
+        let (n, length, at) = (rule.n, state.lengths[e], point(layout, e, s));
+        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
+        for m in 0..3 {
+            for axis in 0..3 {
+                let slot = (at * 9 + m * 3 + axis) * n_u;
+                let row = &mut self.generator_rows[slot..slot + n_u];
+                let (first, count) = element.modes[axis];
+                let own = &rule.magnus_modes[m][s * n..s * n + count];
+                for (entry, share) in row[first..first + count].iter_mut().zip(own) {
+                    *entry = length * share;
+                }
+                for edge in layout.modes..n_u {
+                    let bent: f64 = (0..n)
+                        .map(|j| rule.magnus[m][s * n + j] * state.z_row(element.first_node + j, axis)[edge])
+                        .sum();
+                    row[edge] =
+                        length * bent + self.steps[at].magnus.alpha[m][axis] / length * length_row[edge];
+                }
+            }
+        }
+    }
+
+    /// Spin of one point: that of the point before plus the step's.
+    fn turn_rows(&mut self, layout: &Layout, state: &State, e: usize, s: usize) {
+        let n_u = state.unknowns;
+        let (element, at) = (&layout.elements[e], point(layout, e, s));
+        let step = self.steps[at];
+        let turn = step.before * step.jacobian * step.magnus.slope();
+        if at == 0 {
+            self.spin[..3 * n_u].fill(0.0);
+        } else {
+            self.spin.copy_within((at - 1) * 3 * n_u..at * 3 * n_u, at * 3 * n_u);
+        }
+        for m in 0..3 {
+            for axis in 0..3 {
+                let source = (at * 9 + m * 3 + axis) * n_u;
+                let (first, count) = element.modes[axis];
+                for direction in 0..3 {
+                    let factor = turn[(direction, m * 3 + axis)];
+                    let target = (at * 3 + direction) * n_u;
+                    for range in [first..first + count, layout.modes..n_u] {
+                        let row = &self.generator_rows[source + range.start..source + range.end];
+                        axpy(&mut self.spin[target + range.start..target + range.end], factor, row);
+                    }
+                }
+            }
+        }
+    }
+
+    fn shift_rows(&mut self, layout: &Layout, state: &State, e: usize, everywhere: bool) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, n_u, length) = (rule.n, state.unknowns, state.lengths[e]);
-        for a in 0..n_u {
-            let start =
-                if e == 0 { Vector3::zeros() } else { column(&self.shift, point(layout, e, 0) - 1, n_u, a) };
-            let by_length = state.length_rows[e * n_u + a];
-            for i in 0..=n {
-                let weights = if i < n { &rule.from_start[i * n..(i + 1) * n] } else { &rule.weights[..] };
-                let mut sum = Vector3::zeros();
-                for j in 0..n {
-                    sum += self.tangent_rate(layout, state, e, j, a, by_length / length) * weights[j];
-                }
-                set_column(&mut self.shift, point(layout, e, i), n_u, a, &(start + sum * length));
+        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
+        // d(g t)/du at the nodes, with the part of the element's length.
+        self.rates.clear();
+        self.rates.resize(n * 3 * n_u, 0.0);
+        for j in 0..n {
+            let (node, at) = (element.first_node + j, point(layout, e, j));
+            let t: Vector3<f64> = self.rotation[at].column(0).into_owned();
+            let g = self.stretch[node];
+            stretch_row(layout, state, node, &mut self.row);
+            axpy(&mut self.row, g / length, length_row);
+            for d in 0..3 {
+                let target = &mut self.rates[(j * 3 + d) * n_u..(j * 3 + d + 1) * n_u];
+                axpy(target, t[d], &self.row);
+                // (φ × t)_d
+                let (p, q) = ((d + 1) % 3, (d + 2) % 3);
+                axpy(target, g * t[q], &self.spin[(at * 3 + p) * n_u..(at * 3 + p + 1) * n_u]);
+                axpy(target, -g * t[p], &self.spin[(at * 3 + q) * n_u..(at * 3 + q + 1) * n_u]);
+            }
+        }
+        for i in if everywhere { 0..=n } else { n..=n } {
+            let weights = if i < n { &rule.from_start[i * n..(i + 1) * n] } else { &rule.weights[..] };
+            let at = point(layout, e, i) * 3 * n_u;
+            if e == 0 {
+                self.shift[at..at + 3 * n_u].fill(0.0);
+            } else {
+                let start = (point(layout, e, 0) - 1) * 3 * n_u;
+                self.shift.copy_within(start..start + 3 * n_u, at);
+            }
+            for (weight, rate) in weights.iter().zip(self.rates.chunks_exact(3 * n_u)) {
+                axpy(&mut self.shift[at..at + 3 * n_u], length * weight, rate);
             }
         }
     }
-
-    /// d(g t)/du_a at a node plus `share` times g t.
-    #[inline]
-    fn tangent_rate(
-        &self,
-        layout: &Layout,
-        state: &State,
-        e: usize,
-        j: usize,
-        a: usize,
-        share: f64,
-    ) -> Vector3<f64> {
-        let node = layout.elements[e].first_node + j;
-        let at = point(layout, e, j);
-        let t: Vector3<f64> = self.rotation[at].column(0).into_owned();
-        let g = self.stretch[node];
-        let spin = column(&self.spin, at, state.unknowns, a);
-        spin.cross(&t) * g + t * (stretch_slope(layout, state, node, a) + share * g)
-    }
 }
 
-/// dg/du_a at a node.
-#[inline]
-pub(crate) fn stretch_slope(layout: &Layout, state: &State, node: usize, a: usize) -> f64 {
+/// dg/du at a node.
+pub(crate) fn stretch_row(layout: &Layout, state: &State, node: usize, row: &mut Vec<f64>) {
     let [offset, slope, _] = state.leader_offset[node];
     let kz = state.local[node * layout.rows() + local::KZ];
-    state.z_row(node, local::E1)[a]
-        + offset * state.z_row(node, local::KZ)[a]
-        + slope * kz * state.z_row(node, local::X)[a]
+    row.clear();
+    row.extend_from_slice(state.z_row(node, local::E1));
+    axpy(row, offset, state.z_row(node, local::KZ));
+    axpy(row, slope * kz, state.z_row(node, local::X));
 }
 
 /// Column `a` of a three-row block.
@@ -204,12 +238,4 @@ pub(crate) fn stretch_slope(layout: &Layout, state: &State, node: usize, a: usiz
 pub(crate) fn column(rows: &[f64], block: usize, n_u: usize, a: usize) -> Vector3<f64> {
     let at = block * 3 * n_u + a;
     Vector3::new(rows[at], rows[at + n_u], rows[at + 2 * n_u])
-}
-
-#[inline]
-fn set_column(rows: &mut [f64], block: usize, n_u: usize, a: usize, value: &Vector3<f64>) {
-    let at = block * 3 * n_u + a;
-    rows[at] = value.x;
-    rows[at + n_u] = value.y;
-    rows[at + 2 * n_u] = value.z;
 }

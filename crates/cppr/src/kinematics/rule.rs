@@ -22,6 +22,8 @@ pub(crate) struct Rule {
     pub to_end: Vec<f64>,
     /// magnus[m][s n + j]: share of node j in α_m / ℓ of step s, see [`Rule::magnus_weights`].
     pub magnus: [Vec<f64>; 3],
+    /// magnus_modes[m][s n + i]: the same for Legendre mode i.
+    pub magnus_modes: [Vec<f64>; 3],
     /// legendre[i n + j] = P_j(2 ξ_i − 1), j < n.
     pub legendre: Vec<f64>,
     /// legendre_to_end[i n + m] = ∫_{ξ_i}^1 P_m dξ; row n is the integral over the whole element.
@@ -49,6 +51,7 @@ impl Rule {
             from_start: vec![0.0; n * n],
             to_end: vec![0.0; n * n],
             magnus: std::array::from_fn(|_| Vec::with_capacity((n + 1) * n)),
+            magnus_modes: std::array::from_fn(|_| Vec::with_capacity((n + 1) * n)),
             legendre,
             legendre_to_end: vec![0.0; (n + 1) * n],
         };
@@ -70,6 +73,10 @@ impl Rule {
         stops.push(1.0);
         for pair in stops.windows(2) {
             for (all, own) in rule.magnus_weights(pair[0], pair[1]).into_iter().enumerate() {
+                for i in 0..n {
+                    let sum = own.iter().enumerate().map(|(j, share)| share * rule.legendre[j * n + i]).sum();
+                    rule.magnus_modes[all].push(sum);
+                }
                 rule.magnus[all].extend(own);
             }
         }

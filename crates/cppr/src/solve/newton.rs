@@ -124,7 +124,8 @@ impl Workspace {
         let posed = !loads.is_empty() || system.formulation == Formulation::Printed;
         if posed {
             self.poses.evaluate(robot, layout, &self.state);
-            self.poses.differentiate(layout, &self.state);
+            let everywhere = loads.gravity.is_some() || !loads.distributed.is_empty();
+            self.poses.differentiate(layout, &self.state, everywhere);
         }
         let setting = Setting { robot, layout, loads, knob };
         let consistent = system.formulation == Formulation::Consistent;

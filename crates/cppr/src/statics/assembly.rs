@@ -70,6 +70,9 @@ pub(crate) struct Assembly {
     lu: Lu,
     matrix: Vec<f64>,
     work: Vec<f64>,
+    pub(super) stretch_row: Vec<f64>,
+    pub(super) turn_row: Vec<f64>,
+    pub(super) right: Vec<f64>,
 }
 
 /// What `assemble` reads.

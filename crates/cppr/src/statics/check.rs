@@ -379,7 +379,7 @@ impl Case {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
         state.evaluate(&self.robot, &self.layout, u, true).unwrap();
         poses.evaluate(&self.robot, &self.layout, &state);
-        poses.differentiate(&self.layout, &state);
+        poses.differentiate(&self.layout, &state, true);
         assembly.assemble(&self.setting(knob), u, &state, &poses, &self.efforts, true);
         assembly
     }

@@ -10,7 +10,7 @@ use super::load::Applied;
 use crate::dense::axpy;
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
-use crate::kinematics::pose::{Poses, column, point, stretch_slope};
+use crate::kinematics::pose::{Poses, column, point, stretch_row};
 use crate::kinematics::so3::{self, hat};
 use crate::kinematics::state::State;
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -124,16 +124,26 @@ impl Assembly {
     fn concentrated_hessian(&mut self, state: &State, poses: &Poses, at: usize, load: &Applied) {
         let n_u = state.unknowns;
         let turning = load.arm * load.force.transpose() - Matrix3::identity() * load.force.dot(&load.arm);
-        for a in 0..n_u {
-            let spin_a = column(&poses.spin, at, n_u, a);
-            let move_a = column(&poses.shift, at, n_u, a) + spin_a.cross(&load.arm);
-            for b in 0..n_u {
-                let spin_b = column(&poses.spin, at, n_u, b);
-                let move_b = column(&poses.shift, at, n_u, b) + spin_b.cross(&load.arm);
-                let change = load.force_by_point * move_b + load.force_by_spin * spin_b;
-                let twist = load.moment_by_spin * spin_b;
-                self.hessian[a * n_u + b] -=
-                    spin_a.dot(&(turning * spin_b)) + change.dot(&move_a) + twist.dot(&spin_a);
+        // −H = φᵀ (turning + twist) φ + (c + φ × arm)ᵀ (force by point · (c + φ × arm) + force by spin · φ)
+        let arm = hat(&load.arm);
+        let by_move = load.force_by_point;
+        let by_spin = load.force_by_spin - load.force_by_point * arm;
+        let spin_by_spin = turning + load.moment_by_spin + arm * by_spin;
+        let spin_by_move = arm * by_move;
+        let pairs = [
+            (&poses.spin, spin_by_spin, &poses.spin),
+            (&poses.spin, spin_by_move, &poses.shift),
+            (&poses.shift, by_spin, &poses.spin),
+            (&poses.shift, by_move, &poses.shift),
+        ];
+        for (left, form, right) in pairs {
+            for i in 0..3 {
+                for j in 0..3 {
+                    if form[(i, j)] != 0.0 {
+                        let row = |d: usize| (at * 3 + d) * n_u..(at * 3 + d + 1) * n_u;
+                        add_outer(&mut self.hessian, -form[(i, j)], &left[row(i)], &right[row(j)]);
+                    }
+                }
             }
         }
     }
@@ -240,30 +250,41 @@ impl Assembly {
         let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
         let (length, g) = (state.lengths[e], poses.stretch[node]);
         let t: Vector3<f64> = poses.rotation[at].column(0).into_owned();
-        let turning = t * inner.transpose() - Matrix3::identity() * inner.dot(&t);
+        let turning = (t * inner.transpose() - Matrix3::identity() * inner.dot(&t)) * (length * g);
         let push = inner.dot(&t);
         let cross = t.cross(inner);
+        let spin = &poses.spin[at * 3 * n_u..(at + 1) * 3 * n_u];
+        stretch_row(layout, state, node, &mut self.stretch_row);
+        // Turn of t along the force by the unknowns.
+        self.turn_row.clear();
+        self.turn_row.resize(n_u, 0.0);
+        for d in 0..3 {
+            axpy(&mut self.turn_row, cross[d], &spin[d * n_u..(d + 1) * n_u]);
+        }
+        for a in 0..n_u {
+            let row = &mut self.hessian[a * n_u..(a + 1) * n_u];
+            let own = Vector3::new(spin[a], spin[n_u + a], spin[2 * n_u + a]);
+            let left = turning.transpose() * own;
+            for d in 0..3 {
+                axpy(row, -left[d], &spin[d * n_u..(d + 1) * n_u]);
+            }
+            axpy(row, -length * self.stretch_row[a], &self.turn_row);
+            axpy(row, -length * self.turn_row[a], &self.stretch_row);
+        }
+        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
+        if length_row.iter().all(|&d| d == 0.0) {
+            return;
+        }
         let [_, slope, bend] = state.leader_offset[node];
         let kz = state.local[node * layout.rows() + local::KZ];
         let (row_kz, row_x) = (state.z_row(node, local::KZ), state.z_row(node, local::X));
-        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
-        for a in 0..n_u {
-            let spin_a = column(&poses.spin, at, n_u, a);
-            let (g_a, turn_a) = (stretch_slope(layout, state, node, a), cross.dot(&spin_a));
-            let left = turning.transpose() * spin_a * g;
-            let whole_a = g_a * push + g * turn_a;
-            for b in 0..n_u {
-                let spin_b = column(&poses.spin, at, n_u, b);
-                let (g_b, turn_b) = (stretch_slope(layout, state, node, b), cross.dot(&spin_b));
-                let g_ab =
-                    slope * (row_kz[a] * row_x[b] + row_x[a] * row_kz[b]) + bend * kz * row_x[a] * row_x[b];
-                let whole_b = g_b * push + g * turn_b;
-                self.hessian[a * n_u + b] -= length
-                    * (left.dot(&spin_b) + g_a * turn_b + g_b * turn_a + g_ab * push)
-                    + length_row[a] * whole_b
-                    + length_row[b] * whole_a;
-            }
-        }
+        add_outer(&mut self.hessian, -length * push * slope, row_kz, row_x);
+        add_outer(&mut self.hessian, -length * push * slope, row_x, row_kz);
+        add_outer(&mut self.hessian, -length * push * bend * kz, row_x, row_x);
+        self.turn_row.iter_mut().for_each(|v| *v *= g);
+        axpy(&mut self.turn_row, push, &self.stretch_row);
+        add_outer(&mut self.hessian, -1.0, length_row, &self.turn_row);
+        add_outer(&mut self.hessian, -1.0, &self.turn_row, length_row);
     }
 
     /// The part of one rotation step: −μ·∂_b(R J Ω_a), `moment` the moment of everything beyond it.
@@ -280,38 +301,75 @@ impl Assembly {
         let at = point(layout, e, s);
         let step = &poses.steps[at];
         let element = &layout.elements[e];
-        let rule = &layout.rules[element.rule];
         let body = step.before.transpose() * moment;
         let turning = so3::jacobian_derivative(&step.magnus.omega, &body);
         let y = step.jacobian.transpose() * body;
         let slope = step.magnus.slope();
-        let form = slope.transpose() * turning * slope + step.magnus.curvature(&y).transpose();
+        let form = slope.transpose() * turning * slope + step.magnus.curvature(&y);
         let lever = (hat(moment) * step.before * step.jacobian * slope).transpose();
-        // α is linear in ℓ and K: its mixed second derivative, and that of K_X under a moving label.
-        let pull = slope.transpose() * y;
-        let length = state.lengths[e];
-        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
-        let moving = length_row.iter().any(|&d| d != 0.0);
-        let generator =
-            |a: usize| SVector::<f64, 9>::from_fn(|i, _| poses.generator_rows[(at * 9 + i) * n_u + a]);
-        let alpha = SVector::<f64, 9>::from_fn(|i, _| step.magnus.alpha[i / 3][i % 3]);
-        for b in 0..n_u {
-            let own = generator(b);
-            let spin = if at == 0 { Vector3::zeros() } else { column(&poses.spin, at - 1, n_u, b) };
-            // μ·(φ_b × R J Ω_a) = −φ_b·(μ × R J Ω_a).
-            let right = form.transpose() * own - lever * spin;
-            let drift = if moving { pull.dot(&own) / length } else { 0.0 };
-            let spread = if moving { pull.dot(&alpha) * length_row[b] / (length * length) } else { 0.0 };
-            for a in 0..n_u {
-                let mut sum = right.dot(&generator(a));
-                if moving {
-                    sum += length_row[a] * (drift - 2.0 * spread)
-                        + length_row[b] * pull.dot(&generator(a)) / length;
+        let generators = &poses.generator_rows[at * 9 * n_u..(at + 1) * 9 * n_u];
+        // right_i = Σ_j form_ji α_j,b − lever_i · φ_b: what meets generator i of the other unknown. With
+        // μ·(φ_b × R J Ω_a) = −φ_b·(μ × R J Ω_a).
+        self.right.clear();
+        self.right.resize(9 * n_u, 0.0);
+        for i in 0..9 {
+            let row = &mut self.right[i * n_u..(i + 1) * n_u];
+            for j in 0..9 {
+                let (first, count) = element.modes[j % 3];
+                for range in [first..first + count, layout.modes..n_u] {
+                    let own = &generators[j * n_u + range.start..j * n_u + range.end];
+                    axpy(&mut row[range], form[(j, i)], own);
                 }
-                self.hessian[a * n_u + b] -= sum;
+            }
+            if at > 0 {
+                for d in 0..3 {
+                    let from = ((at - 1) * 3 + d) * n_u;
+                    axpy(row, -lever[(i, d)], &poses.spin[from..from + n_u]);
+                }
             }
         }
-        for j in (0..rule.n).filter(|_| moving) {
+        for i in 0..9 {
+            let (first, count) = element.modes[i % 3];
+            for a in (first..first + count).chain(layout.modes..n_u) {
+                let factor = -generators[i * n_u + a];
+                axpy(&mut self.hessian[a * n_u..(a + 1) * n_u], factor, &self.right[i * n_u..(i + 1) * n_u]);
+            }
+        }
+        self.moving_step(layout, state, poses, e, s, &(slope.transpose() * y));
+    }
+
+    /// α is linear in ℓ and in K: its mixed second derivative where the element moves, and that of K_X under a
+    /// moving label. `pull` is y·dΩ/dα.
+    fn moving_step(
+        &mut self,
+        layout: &Layout,
+        state: &State,
+        poses: &Poses,
+        e: usize,
+        s: usize,
+        pull: &SVector<f64, 9>,
+    ) {
+        let n_u = state.unknowns;
+        let at = point(layout, e, s);
+        let length = state.lengths[e];
+        let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
+        if length_row.iter().all(|&d| d == 0.0) {
+            return;
+        }
+        let element = &layout.elements[e];
+        let rule = &layout.rules[element.rule];
+        self.turn_row.clear();
+        self.turn_row.resize(n_u, 0.0);
+        let mut along = 0.0;
+        for i in 0..9 {
+            let from = (at * 9 + i) * n_u;
+            axpy(&mut self.turn_row, pull[i] / length, &poses.generator_rows[from..from + n_u]);
+            along += pull[i] * poses.steps[at].magnus.alpha[i / 3][i % 3];
+        }
+        add_outer(&mut self.hessian, -1.0, length_row, &self.turn_row);
+        add_outer(&mut self.hessian, -1.0, &self.turn_row, length_row);
+        add_outer(&mut self.hessian, 2.0 * along / (length * length), length_row, length_row);
+        for j in 0..rule.n {
             let node = element.first_node + j;
             let share: f64 = (0..3).map(|m| pull[3 * m] * rule.magnus[m][s * rule.n + j]).sum();
             let bend = -share * length * state.leader_twist[node][1];
