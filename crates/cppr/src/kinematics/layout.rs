@@ -6,6 +6,7 @@
 //! pattern of a follower begins, x_k(X) = 0. Stiffness and offset jump there, so the joint moves with
 //! the robot; its label is one more unknown and x_k = 0 one more condition.
 
+use super::follower::local;
 use super::rule::{Rule, legendre_values};
 use std::sync::Arc;
 
@@ -91,6 +92,8 @@ pub(crate) struct Element {
     pub first_node: usize,
     /// Per tube: does the part from below the plate face this element?
     pub below: Vec<bool>,
+    /// Rows of local variables that depend on any unknown: the others are skipped.
+    pub active: Vec<usize>,
     /// Per field (ΔK_X, ΔK_Y, ΔK_Z, then per follower Δθ_k', then per tube e_i): first unknown and count.
     pub modes: Vec<(usize, usize)>,
 }
@@ -215,7 +218,31 @@ impl Layout {
             layout.push(ends[0], ends[1], below.clone(), resolution, pair[0].short);
         }
         layout.number_edges();
+        layout.find_active();
         layout
+    }
+
+    /// An element's rows are moved by its own modes, angles by those of elements towards the tip too, faces by all;
+    /// where there are edges everything may move.
+    fn find_active(&mut self) {
+        let (rows, followers, stretch) = (self.rows(), self.tubes - 1, self.stretch);
+        let edges = !self.edges.is_empty();
+        let angles = self.elements.iter().any(|e| e.modes[3..3 + followers].iter().any(|m| m.1 > 0));
+        for element in &mut self.elements {
+            let has = |field: usize| element.modes[field].1 > 0;
+            element.active = (0..rows)
+                .filter(|&row| match row {
+                    local::KX | local::KY | local::KZ => has(row) || edges,
+                    local::E1 => stretch,
+                    local::X => edges,
+                    _ => match (row - 5) % 4 {
+                        0 | 1 => angles || edges,
+                        2 => true,
+                        _ => stretch,
+                    },
+                })
+                .collect();
+        }
     }
 
     fn push(
@@ -245,7 +272,8 @@ impl Layout {
             Some(follower) => Joint::Edge { follower, unknown: 0 },
         };
         let (start, end) = (joint(start), joint(end));
-        self.elements.push(Element { start, end, rule, first_node: self.nodes, below, modes });
+        let active = Vec::new();
+        self.elements.push(Element { start, end, rule, first_node: self.nodes, below, active, modes });
         self.nodes += self.rules[rule].n;
     }
 

@@ -6,7 +6,7 @@
 
 use super::follower::local;
 use super::layout::Layout;
-use super::magnus::Magnus;
+use super::magnus::{Magnus, Slope};
 use super::so3;
 use super::state::State;
 use crate::dense::axpy;
@@ -23,6 +23,8 @@ pub(crate) struct Step {
     pub magnus: Magnus,
     /// Left Jacobian of exp at Ω.
     pub jacobian: Matrix3<f64>,
+    /// dΩ by the generators.
+    pub slope: Slope,
 }
 
 /// Poses at all points. A point is a node or the end of an element; `point(e, i)` numbers them.
@@ -93,7 +95,8 @@ impl Poses {
                 }
                 let magnus = Magnus::new(alpha);
                 let (exp, jacobian) = so3::exp_and_jacobian(&magnus.omega);
-                self.steps.push(Step { before: rotation, magnus, jacobian });
+                let slope = magnus.slope();
+                self.steps.push(Step { before: rotation, magnus, jacobian, slope });
                 rotation *= exp;
                 self.rotation[point(layout, e, s)] = rotation;
             }
@@ -161,8 +164,8 @@ impl Poses {
     fn turn_rows(&mut self, layout: &Layout, state: &State, e: usize, s: usize) {
         let n_u = state.unknowns;
         let (element, at) = (&layout.elements[e], point(layout, e, s));
-        let step = self.steps[at];
-        let turn = step.before * step.jacobian * step.magnus.slope();
+        let step = &self.steps[at];
+        let turn = step.before * step.jacobian * step.slope;
         if at == 0 {
             self.spin[..3 * n_u].fill(0.0);
         } else {

@@ -361,7 +361,8 @@ impl State {
             let target = &mut self.rates[j * n_u..(j + 1) * n_u];
             for variable in 0..local::COUNT {
                 let slope = facing.dh[variable];
-                if slope != 0.0 && variable != local::FACE {
+                let known = variable != local::FACE && element.active.contains(&State::row(f, variable));
+                if slope != 0.0 && known {
                     let row = (node * rows + State::row(f, variable)) * n_u;
                     axpy(target, length * slope, &self.z[row..row + n_u]);
                 }

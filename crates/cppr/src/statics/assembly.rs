@@ -246,7 +246,7 @@ impl Assembly {
         for (e, element) in layout.elements.iter().enumerate() {
             let length = state.lengths[e];
             for node in element.first_node..element.first_node + layout.rules[element.rule].n {
-                for row in 0..rows {
+                for &row in &element.active {
                     let slope = self.slopes[node * rows + row];
                     if slope != 0.0 {
                         axpy(&mut self.gradient, length * slope, state.z_row(node, row));
@@ -392,7 +392,16 @@ impl Assembly {
                             + 2.0 * leader.mass[1] * leader.offset[1] * body.y
                             + leader.mass[0] * leader.offset[2] * body.y);
                 }
-                congruence(&mut self.hessian, &full, rows, length, node, state, &mut self.matrix);
+                congruence(
+                    &mut self.hessian,
+                    &full,
+                    rows,
+                    &element.active,
+                    length,
+                    node,
+                    state,
+                    &mut self.matrix,
+                );
                 if moving {
                     self.moving_terms(layout, state, e, i);
                 }
@@ -446,34 +455,31 @@ fn part_at_base(layout: &Layout, f: usize) -> Part {
     if layout.elements[0].below[f + 1] { Part::Below } else { Part::Pattern }
 }
 
-/// hessian += length Zᵀ full Z at one node.
+/// hessian += length Zᵀ full Z at one node, over the rows of Z that are not zero.
+#[allow(clippy::too_many_arguments)]
 fn congruence(
     hessian: &mut [f64],
     full: &[f64],
     rows: usize,
+    active: &[usize],
     length: f64,
     node: usize,
     state: &State,
     work: &mut Vec<f64>,
 ) {
     let n_u = state.unknowns;
-    work.clear();
     work.resize(n_u, 0.0);
-    for a in 0..rows {
+    for &a in active {
         work.fill(0.0);
-        let mut any = false;
-        for b in 0..rows {
+        for &b in active {
             let factor = length * full[a * rows + b];
             if factor != 0.0 {
                 axpy(work, factor, state.z_row(node, b));
-                any = true;
             }
         }
-        if any {
-            for (i, &left) in state.z_row(node, a).iter().enumerate() {
-                if left != 0.0 {
-                    axpy(&mut hessian[i * n_u..(i + 1) * n_u], left, work);
-                }
+        for (i, &left) in state.z_row(node, a).iter().enumerate() {
+            if left != 0.0 {
+                axpy(&mut hessian[i * n_u..(i + 1) * n_u], left, work);
             }
         }
     }

@@ -304,7 +304,7 @@ impl Assembly {
         let body = step.before.transpose() * moment;
         let turning = so3::jacobian_derivative(&step.magnus.omega, &body);
         let y = step.jacobian.transpose() * body;
-        let slope = step.magnus.slope();
+        let slope = step.slope;
         let form = slope.transpose() * turning * slope + step.magnus.curvature(&y);
         let lever = (hat(moment) * step.before * step.jacobian * slope).transpose();
         let generators = &poses.generator_rows[at * 9 * n_u..(at + 1) * 9 * n_u];
