@@ -20,7 +20,7 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         let length = robot.length() * 1e3;
         let (mut rows, mut poses, mut printed_poses, mut apart) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut worst_rule = 0.0_f64;
+        let mut worst_rule = [0.0_f64; 2];
         for &pull in &scenario.pulls_mm {
             let ours = solved(&robot, &actuated(pull, 0.0), &consistent())?;
             let theirs = solved(&robot, &actuated(pull, 0.0), &printed_plane())?;
@@ -39,7 +39,9 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                 let middle = &ours.shape.sections[ours.shape.sections.len() / 2];
                 let offset: f64 =
                     (0..2).map(|t| robot.fields_at(t, middle.tubes[t].abscissa).centroid_offset).sum();
-                worst_rule = worst_rule.max((middle.curvature.z * offset * length / -pull - 1.0).abs());
+                let side = usize::from(pull < 0.0);
+                let off = (middle.curvature.z * offset * length / -pull - 1.0).abs();
+                worst_rule[side] = worst_rule[side].max(off);
             }
             rows.push(vec![
                 signed(pull),
@@ -84,10 +86,13 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             ],
             rows,
         );
-        page.number(format!("{name}/curvature_rule_deviation"), worst_rule);
+        for (side, off) in ["pulled", "pushed"].iter().zip(worst_rule) {
+            page.number(format!("{name}/curvature_rule_deviation_{side}"), off);
+        }
         page.text.push(format!(
-            "{title}: |K D| = |Δa/L| holds in the middle of the robot to {} %.",
-            cell(worst_rule * 100.0, 2)
+            "{title}: |K D| = |Δa/L| holds in the middle of the robot to {} % pulled and {} % pushed.",
+            cell(worst_rule[0] * 100.0, 2),
+            cell(worst_rule[1] * 100.0, 2)
         ));
         curves.push(XyCurve { marked: true, ..XyCurve::new(title, apart) });
     }

@@ -82,6 +82,25 @@ impl Lu {
     }
 }
 
+/// Is a symmetric matrix positive definite? Its lower half is overwritten by the Cholesky factor.
+pub(crate) fn is_positive(matrix: &mut [f64], n: usize) -> bool {
+    for i in 0..n {
+        for j in 0..=i {
+            let (head, own) = matrix.split_at(i * n);
+            let row_j = if j == i { &own[..j] } else { &head[j * n..j * n + j] };
+            let rest = own[j] - dot(&own[..j], row_j);
+            if j < i {
+                matrix[i * n + j] = rest / matrix[j * n + j];
+            } else if rest > 0.0 {
+                matrix[i * n + i] = rest.sqrt();
+            } else {
+                return false;
+            }
+        }
+    }
+    true
+}
+
 /// y += a x.
 #[inline]
 pub(crate) fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
@@ -98,7 +117,7 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::Lu;
+    use super::{Lu, is_positive};
 
     #[test]
     fn solves_and_sees_singularity() {
@@ -114,5 +133,14 @@ mod tests {
             assert!((b[i] - x[i]).abs() < 1e-12);
         }
         assert!(lu.factor(&[1.0, 2.0, 2.0, 4.0], 2).is_err());
+    }
+
+    #[test]
+    fn knows_a_positive_matrix() {
+        let definite = [4.0, 1.0, -2.0, 1.0, 3.0, 0.5, -2.0, 0.5, 6.0];
+        assert!(is_positive(&mut definite.clone(), 3));
+        let mut saddle = definite;
+        saddle[8] = 0.9;
+        assert!(!is_positive(&mut saddle, 3));
     }
 }

@@ -3,6 +3,7 @@
 //! An equilibrium is stable where δuᵀ 𝓛_uu δu > 0 for every δu that keeps the prescribed motions and the
 //! edges. Loads that have no potential (follower loads, dead moments) enter with the symmetric part.
 
+use crate::dense::{axpy, dot, is_positive};
 use crate::design::Robot;
 use crate::kinematics::follower::local;
 use crate::kinematics::state::State;
@@ -46,13 +47,40 @@ pub fn stability(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilib
 }
 
 /// Is the evaluated equilibrium a minimum on the free motions?
-pub(crate) fn is_stable(workspace: &Workspace, system: &System) -> bool {
-    if system.formulation == Formulation::Printed {
+pub(crate) fn is_stable(workspace: &mut Workspace, system: &System) -> bool {
+    if system.formulation == Formulation::Printed || penalised(workspace, system) {
         return true;
     }
     let free = free_motions(workspace, system);
     Cholesky::new(reduced_tangent(workspace, &free)).is_some()
 }
+
+/// Sufficient and cheap: the tangent plus a penalty on the conditions is positive. On motions that keep the
+/// conditions the penalty vanishes.
+fn penalised(workspace: &mut Workspace, system: &System) -> bool {
+    let n_u = system.layout.unknowns();
+    let n = workspace.residual.len();
+    let Workspace { matrix, penalty, .. } = workspace;
+    penalty.clear();
+    let mut largest = 0.0_f64;
+    for i in 0..n_u {
+        for j in 0..n_u {
+            penalty.push(0.5 * (matrix[i * n + j] + matrix[j * n + i]));
+        }
+        largest = largest.max(matrix[i * n + i].abs());
+    }
+    for row in matrix.chunks_exact(n).skip(n_u) {
+        let row = &row[..n_u];
+        let weight = PENALTY * largest / dot(row, row).max(f64::MIN_POSITIVE);
+        for (i, &own) in row.iter().enumerate() {
+            axpy(&mut penalty[i * n_u..(i + 1) * n_u], weight * own, row);
+        }
+    }
+    is_positive(penalty, n_u)
+}
+
+/// Stiffness of the penalty against the largest of the tangent: large, and far from rounding it away.
+const PENALTY: f64 = 1e4;
 
 /// A basis of the scaled motions that keep all conditions, one column each, by elimination with full
 /// pivoting of the conditions' rows.
@@ -117,7 +145,7 @@ fn elastic_stiffness(workspace: &Workspace, system: &System) -> DMatrix<f64> {
     let mut add = |rows: &[(usize, f64)], node: usize, factor: f64| {
         let mut strain = vec![0.0; n_u];
         for &(row, share) in rows {
-            crate::dense::axpy(&mut strain[..layout.modes], share, &state.z_row(node, row)[..layout.modes]);
+            axpy(&mut strain[..layout.modes], share, &state.z_row(node, row)[..layout.modes]);
         }
         strain.iter_mut().zip(units).for_each(|(s, unit)| *s *= unit);
         for i in 0..n_u {

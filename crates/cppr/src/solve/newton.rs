@@ -97,6 +97,8 @@ pub struct Workspace {
     pub(crate) lu: Lu,
     /// Unit of every coordinate.
     pub(crate) units: Vec<f64>,
+    /// Scratch of the stability test.
+    pub(crate) penalty: Vec<f64>,
     step: Vec<f64>,
     correction: Vec<f64>,
     trial: Point,

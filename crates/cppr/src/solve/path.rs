@@ -1,7 +1,7 @@
 //! Which elements to solve on, and load stepping where Newton's method alone does not arrive.
 //!
 //! A follower that is pushed brings its part from below the plate into the robot. Where that part is another
-//! tube (uncut, tenfold stiffer) the edge between both is a joint of the layout. For a prescribed push it is
+//! tube (uncut, up to some hundred times stiffer) the edge between both is a joint of the layout. For a prescribed push it is
 //! known beforehand that there is one; for a prescribed force it turns out in the solve.
 
 use super::command::{Command, CommandProblem, Drive, Settings};

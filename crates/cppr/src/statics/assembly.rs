@@ -73,6 +73,8 @@ pub(crate) struct Assembly {
     pub(super) stretch_row: Vec<f64>,
     pub(super) turn_row: Vec<f64>,
     pub(super) right: Vec<f64>,
+    full: Vec<f64>,
+    concentrated: Vec<(usize, Applied)>,
 }
 
 /// What `assemble` reads.
@@ -84,10 +86,15 @@ pub(crate) struct Setting<'a> {
 }
 
 /// Concentrated loads with the point they act at.
-pub(crate) fn applied(setting: &Setting, poses: &Poses, coordinates: &[f64]) -> Vec<(usize, Applied)> {
+pub(crate) fn applied(
+    setting: &Setting,
+    poses: &Poses,
+    coordinates: &[f64],
+    all: &mut Vec<(usize, Applied)>,
+) {
     let Setting { layout, loads, .. } = setting;
     let tip = layout.nodes + layout.elements.len() - 1;
-    let mut all = Vec::with_capacity(loads.wrenches.len() + loads.threads.len());
+    all.clear();
     for wrench in &loads.wrenches {
         let at = match wrench.station {
             Station::Tip => Some(tip),
@@ -101,7 +108,6 @@ pub(crate) fn applied(setting: &Setting, poses: &Poses, coordinates: &[f64]) -> 
     for thread in &loads.threads {
         all.push((tip, thread.at(&poses.rotation[tip], &poses.centre[tip])));
     }
-    all
 }
 
 /// The element end that lies at `label`; the layout has been cut there.
@@ -135,9 +141,10 @@ impl Assembly {
         self.conditions(setting, state);
         self.nodes(setting, state, poses);
         self.first_derivatives(setting, state, efforts);
-        let concentrated =
-            if setting.loads.is_empty() { Vec::new() } else { applied(setting, poses, coordinates) };
+        let mut concentrated = std::mem::take(&mut self.concentrated);
+        concentrated.clear();
         if !setting.loads.is_empty() {
+            applied(setting, poses, coordinates, &mut concentrated);
             self.collect_forces(setting, state, poses, &concentrated);
             self.load_gradient(state, poses);
         }
@@ -148,6 +155,7 @@ impl Assembly {
                 self.load_hessian(setting, state, poses, &concentrated);
             }
         }
+        self.concentrated = concentrated;
     }
 
     /// Actuator positions and edges with their rows.
@@ -336,7 +344,8 @@ impl Assembly {
     fn second_derivatives(&mut self, setting: &Setting, state: &State, poses: &Poses, efforts: &Efforts) {
         let Setting { robot, layout, knob, .. } = setting;
         let (rows, followers, n_u) = (layout.rows(), layout.tubes - 1, state.unknowns);
-        let mut full = vec![0.0; rows * rows];
+        let mut full = std::mem::take(&mut self.full);
+        full.resize(rows * rows, 0.0);
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let length = state.lengths[e];
@@ -407,6 +416,7 @@ impl Assembly {
                 }
             }
         }
+        self.full = full;
         for f in 0..followers {
             if *knob == RotationKnob::Base {
                 let bend = robot.fields[f + 1].direction(state.joints[f][0], part_at_base(layout, f))[2];
@@ -428,7 +438,9 @@ impl Assembly {
         let (rows, followers, n_u) = (layout.rows(), layout.tubes - 1, state.unknowns);
         let (node, length) = (element.first_node + i, state.lengths[e]);
         let length_row = &state.length_rows[e * n_u..(e + 1) * n_u];
-        let mut along = vec![0.0; n_u];
+        let mut along = std::mem::take(&mut self.turn_row);
+        along.clear();
+        along.resize(n_u, 0.0);
         for row in 0..rows {
             axpy(&mut along, self.work[row], state.z_row(node, row));
         }
@@ -439,6 +451,7 @@ impl Assembly {
         }
         add_outer(&mut self.hessian, 1.0, length_row, &along);
         add_outer(&mut self.hessian, 1.0, &along, length_row);
+        self.turn_row = along;
         let mut bend = self.work[local::KX] * state.leader_twist[node][1];
         for f in 0..followers {
             let rest = state.rest[node * followers + f];

@@ -267,6 +267,7 @@ impl Loads {
 }
 
 /// Force and moment of one concentrated load at a given pose, and how they change with it.
+#[derive(Clone, Debug)]
 pub(crate) struct Applied {
     /// Force on the point of action, world components (N).
     pub force: Vector3<f64>,

@@ -60,7 +60,8 @@ pub(crate) fn residual(
     result.clear();
     result.resize(state.unknowns, 0.0);
     let mut tip = Wrench::default();
-    let all = applied(setting, poses, coordinates);
+    let mut all = Vec::new();
+    applied(setting, poses, coordinates, &mut all);
     let last = poses.centre.len() - 1;
     for (_, load) in all.iter().filter(|(at, _)| *at == last) {
         tip.add(&Wrench::at(&(poses.centre[last] + load.arm), load.force), 1.0);

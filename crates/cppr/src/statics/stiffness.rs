@@ -152,6 +152,9 @@ impl Assembly {
     fn distributed_hessian(&mut self, setting: &Setting, state: &State, poses: &Poses) {
         let Setting { layout, loads, .. } = setting;
         let (rows, followers, n_u) = (layout.rows(), layout.tubes - 1, state.unknowns);
+        let mut fall = std::mem::take(&mut self.stretch_row);
+        let mut swing = std::mem::take(&mut self.turn_row);
+        let mut whole = std::mem::take(&mut self.right);
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let (length, length_row) = (state.lengths[e], &state.length_rows[e * n_u..(e + 1) * n_u]);
@@ -166,7 +169,6 @@ impl Assembly {
                         axpy(out, v[axis], &block[row..row + n_u]);
                     }
                 };
-                let (mut fall, mut swing) = (Vec::new(), Vec::new());
                 let label = state.local[node * rows + local::X];
                 for d in &loads.distributed {
                     if (d.from..=d.to).contains(&label) {
@@ -207,7 +209,7 @@ impl Assembly {
                         add_outer(hessian, -factor, row, other);
                         add_outer(hessian, -factor, other, row);
                     };
-                    let mut whole = fall.clone();
+                    whole.clone_from(&fall);
                     axpy(&mut whole, 1.0, &swing);
                     pair(&mut self.hessian, weight * m * h, length_row, &whole);
                     let facing_row = if tube == 0 {
@@ -233,6 +235,7 @@ impl Assembly {
                 }
             }
         }
+        (self.stretch_row, self.turn_row, self.right) = (fall, swing, whole);
     }
 
     /// The centreline's part at a node: −n·∂²(g t) without the part through second rotations, `inner` the
