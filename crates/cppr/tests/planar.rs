@@ -4,25 +4,14 @@
 
 mod common;
 
-use common::{prototype, reference, robot, stiff_tube};
+use common::{converged, prototype, reference, robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::shape::Shape;
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve};
+use cppr::solve::{Command, Settings, Workspace};
 use cppr::statics::{Loads, Wrench};
 use std::f64::consts::PI;
-
-fn converged(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-) -> Equilibrium {
-    let found = solve(robot, workspace, command, settings).unwrap();
-    assert_eq!(found.status, Status::Converged, "{command:?}");
-    found
-}
 
 #[test]
 fn uniform_unloaded_robots_meet_the_closed_form() {

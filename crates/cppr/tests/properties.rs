@@ -3,12 +3,12 @@
 
 mod common;
 
-use common::{Random, prototype, robot, stiff_tube};
+use common::{Random, converged, prototype, robot, stiff_tube};
 use cppr::analysis::shape::{Shape, tip_pose};
 use cppr::analysis::stability::stability;
 use cppr::design::{BelowPlate, Profile, Robot, StiffnessTube, TubeDesign};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, solve, solve_from};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -83,17 +83,6 @@ fn random_command(seed: u32, followers: u32, sign: f64, loads: Loads) -> Command
         })
         .collect();
     Command { actuators, loads, knob: RotationKnob::Base }
-}
-
-fn converged(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-) -> Equilibrium {
-    let found = solve(robot, workspace, command, settings).unwrap();
-    assert_eq!(found.status, Status::Converged, "{command:?}");
-    found
 }
 
 #[test]

@@ -7,11 +7,13 @@
 //! centre, dM/dX + g t × Q + m = 0: tubes touch without friction, so that contact acts through the centre.
 
 use crate::design::Robot;
-use crate::kinematics::follower::local;
+use crate::design::fields::{FieldJets, Part};
+use crate::kinematics::follower::{Facing, local};
 use crate::kinematics::layout::Layout;
 use crate::kinematics::magnus::Magnus;
 use crate::kinematics::pose::{curvature, point};
 use crate::kinematics::so3;
+use crate::kinematics::state::{State, part};
 use crate::solve::{Equilibrium, Workspace};
 use crate::statics::energy;
 use nalgebra::{Matrix3, Vector3};
@@ -98,6 +100,27 @@ pub fn tip_pose(
     equilibrium.refresh(robot, workspace);
     let last = workspace.poses.rotation.len() - 1;
     (workspace.poses.rotation[last], workspace.poses.centre[last])
+}
+
+/// A place on the leader and what is known there.
+struct Place {
+    label: f64,
+    /// Element and its coordinate ξ.
+    e: usize,
+    x: f64,
+    /// The leader's K, stretch and fields.
+    k: Vector3<f64>,
+    stretch: f64,
+    jets: FieldJets,
+    rotation: Matrix3<f64>,
+    centre: Vector3<f64>,
+    /// Lagrange polynomials of the element at ξ.
+    lagrange: Vec<f64>,
+}
+
+/// Torque and bending moments of strains.
+fn moment(jets: &FieldJets, strain: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(jets.torsion[0], jets.bending_y[0], jets.bending_z[0]).component_mul(strain)
 }
 
 /// Values at the nodes from which forces are interpolated.
@@ -236,135 +259,128 @@ impl<'a> Recovery<'a> {
         self.beyond[e] + spread
     }
 
-    #[allow(clippy::too_many_lines)]
     fn section(&self, label: f64) -> Section {
         let (layout, coordinates) = (self.layout, self.coordinates);
-        let state = &self.workspace.state;
-        let (tubes, followers) = (layout.tubes, layout.tubes - 1);
+        let followers = layout.tubes - 1;
         let (e, x) = layout.locate(coordinates, label);
-        let element = &layout.elements[e];
-        let rule = &layout.rules[element.rule];
-        let (n, length) = (rule.n, state.lengths[e]);
         let mut buffer = Vec::new();
         let mut field = |f: usize| layout.field(coordinates, e, x, f, &mut buffer);
-        let leader = self.robot.fields[0].jets(label, crate::design::fields::Part::Pattern);
-        let k = Vector3::new(leader.direction[1] + field(0), field(1), field(2));
-        let to_end = rule.integral(x, 1.0);
+        let jets = self.robot.fields[0].jets(label, Part::Pattern);
+        let k = Vector3::new(jets.direction[1] + field(0), field(1), field(2));
+        let stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
         let (rotation, centre) = self.pose(e, x);
-        let lagrange = rule.lagrange(x);
-        let interpolate = |value: &dyn Fn(usize) -> f64| -> f64 {
-            (0..n).map(|j| lagrange[j] * value(element.first_node + j)).sum()
-        };
-        let total = self.total_force(e, x);
-        let tangent = rotation.column(0).into_owned();
-        let leader_stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
-        let g = 1.0 + leader_stretch + leader.offset[0] * k.z;
+        let rule = &layout.rules[layout.elements[e].rule];
+        let place = Place { label, e, x, k, stretch, jets, rotation, centre, lagrange: rule.lagrange(x) };
         let mut section = Section {
             label,
             rotation,
             centre,
             curvature: k,
             angles: Vec::with_capacity(followers),
-            tubes: Vec::with_capacity(tubes),
-            energy_density: 0.0,
+            tubes: vec![self.leader(&place)],
+            energy_density: energy::leader(&jets, &[k.x, k.y, k.z, stretch, label]).0,
         };
-        let mut follower_tension = 0.0;
-        let mut rest = Vec::with_capacity(tubes);
         for f in 0..followers {
-            let end = state.joints[(e + 1) * followers + f];
-            let rates = |j: usize| {
-                let node = element.first_node + j;
-                state.local[node * layout.rows() + 6 + 4 * f] - state.rest[node * followers + f][1]
-            };
-            let angle = end[1] - length * (0..n).map(|j| to_end[j] * rates(j)).sum::<f64>();
-            let spread: f64 =
-                (0..n).map(|j| to_end[j] * state.facing[(element.first_node + j) * followers + f].h).sum();
-            let abscissa = end[0] - length * spread;
-            let resting = self.robot.rest_angle(f + 1, label);
-            let stretch = if layout.stretch { field(4 + followers + f) } else { 0.0 };
-            let mut v = [0.0; local::COUNT];
-            v[..5].copy_from_slice(&[k.x, k.y, k.z, leader_stretch, label]);
-            v[local::TH] = resting[0] + angle;
-            v[local::DTH] = resting[1] + field(3 + f);
-            v[local::FACE] = abscissa;
-            v[local::EK] = stretch;
-            let part = crate::kinematics::state::part(element, f + 1);
-            let jets = self.robot.fields[f + 1].jets(abscissa, part);
-            let facing = crate::kinematics::follower::Facing::new(&v, &leader.offset, &jets.offset);
-            let own = rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);
-            let inverse = 1.0 / facing.h;
-            let strain = Vector3::new(
-                facing.a * inverse - jets.direction[1],
-                -facing.p * inverse,
-                -facing.r * inverse,
-            );
-            let tension = interpolate(&|node| self.tension[node * followers + f]);
-            follower_tension += tension;
+            let (tube, angle, energy) = self.follower(&place, f);
+            section.tubes.push(tube);
             section.angles.push(angle);
-            section.energy_density += energy::gradient(&facing, stretch, &jets).0;
-            rest.push(TubeSection {
-                abscissa,
-                rotation: own,
-                centroid: centre + own.column(1) * jets.offset[0],
-                rate: facing.h,
-                strain,
-                stretch,
-                moment: Vector3::new(
-                    jets.torsion[0] * strain.x,
-                    jets.bending_y[0] * strain.y,
-                    jets.bending_z[0] * strain.z,
-                ),
-                force: Vector3::new(tension, 0.0, 0.0),
-            });
+            section.energy_density += energy;
         }
-        let strain = Vector3::new(k.x - leader.direction[1], k.y, k.z);
-        let axial = if layout.stretch {
-            leader.axial[0] * leader_stretch
-        } else {
-            total.dot(&tangent) - follower_tension
-        };
-        let own_energy = |s: &Vector3<f64>| {
-            0.5 * (leader.torsion[0] * s.x * s.x
-                + leader.bending_y[0] * s.y * s.y
-                + leader.bending_z[0] * s.z * s.z)
-        };
-        section.energy_density += own_energy(&strain);
-        if layout.stretch {
-            section.energy_density += 0.5 * axial * leader_stretch;
+        if !layout.stretch {
+            // The leader carries what the followers leave of the section's total.
+            let carried: f64 = section.tubes[1..].iter().map(|t| t.force.x).sum();
+            section.tubes[0].force.x = self.total_force(e, x).dot(&rotation.column(0)) - carried;
         }
-        section.tubes.push(TubeSection {
-            abscissa: label,
-            rotation,
-            centroid: centre + rotation.column(1) * leader.offset[0],
-            rate: 1.0,
-            strain,
-            stretch: leader_stretch,
-            moment: Vector3::new(
-                leader.torsion[0] * strain.x,
-                leader.bending_y[0] * strain.y,
-                leader.bending_z[0] * strain.z,
-            ),
-            force: Vector3::new(axial, 0.0, 0.0),
-        });
-        section.tubes.append(&mut rest);
-        let slopes = rule.differentiation();
         for (t, tube) in section.tubes.iter_mut().enumerate() {
-            // v = −(dM/dX + K × M + m) in the leader's frame; Q = v × t / g.
-            let mut balance = Vector3::zeros();
-            for i in 0..n {
-                let node = element.first_node + i;
-                let curvature = Vector3::from_column_slice(&state.local[node * layout.rows()..][..3]);
-                let slope: Vector3<f64> = (0..n)
-                    .map(|j| self.moment[(element.first_node + j) * tubes + t] * (slopes[i * n + j] / length))
-                    .sum();
-                let at = node * tubes + t;
-                balance -= (slope + curvature.cross(&self.moment[at]) + self.distributed[at]) * lagrange[i];
-            }
-            let shear = tube.rotation.transpose() * rotation * balance.cross(&Vector3::x()) / g;
-            tube.force.y = shear.y;
-            tube.force.z = shear.z;
+            let shear = tube.rotation.transpose() * rotation * self.shear(&place, t);
+            (tube.force.y, tube.force.z) = (shear.y, shear.z);
         }
         section
+    }
+
+    /// The leader at a place; its axial force where it stretches.
+    fn leader(&self, place: &Place) -> TubeSection {
+        let Place { k, jets, rotation, centre, stretch, .. } = place;
+        let strain = Vector3::new(k.x - jets.direction[1], k.y, k.z);
+        let axial = if self.layout.stretch { jets.axial[0] * stretch } else { 0.0 };
+        TubeSection {
+            abscissa: place.label,
+            rotation: *rotation,
+            centroid: centre + rotation.column(1) * jets.offset[0],
+            rate: 1.0,
+            strain,
+            stretch: *stretch,
+            moment: moment(jets, &strain),
+            force: Vector3::new(axial, 0.0, 0.0),
+        }
+    }
+
+    /// A follower at a place, its Δθ_k and its energy per length of the leader.
+    fn follower(&self, place: &Place, f: usize) -> (TubeSection, f64, f64) {
+        let (layout, state) = (self.layout, &self.workspace.state);
+        let followers = layout.tubes - 1;
+        let element = &layout.elements[place.e];
+        let rule = &layout.rules[element.rule];
+        let (n, length) = (rule.n, state.lengths[place.e]);
+        let mut buffer = Vec::new();
+        let mut field = |f: usize| layout.field(self.coordinates, place.e, place.x, f, &mut buffer);
+        let to_end = rule.integral(place.x, 1.0);
+        let end = state.joints[(place.e + 1) * followers + f];
+        let node = |j: usize| element.first_node + j;
+        let turn = |j: usize| {
+            state.local[node(j) * layout.rows() + State::row(f, local::DTH)]
+                - state.rest[node(j) * followers + f][1]
+        };
+        let angle = end[1] - length * (0..n).map(|j| to_end[j] * turn(j)).sum::<f64>();
+        let spread: f64 = (0..n).map(|j| to_end[j] * state.facing[node(j) * followers + f].h).sum();
+        let abscissa = end[0] - length * spread;
+        let resting = self.robot.rest_angle(f + 1, place.label);
+        let mut v = [0.0; local::COUNT];
+        v[..5].copy_from_slice(&[place.k.x, place.k.y, place.k.z, place.stretch, place.label]);
+        v[local::TH] = resting[0] + angle;
+        v[local::DTH] = resting[1] + field(3 + f);
+        v[local::FACE] = abscissa;
+        v[local::EK] = if layout.stretch { field(4 + followers + f) } else { 0.0 };
+        let jets = self.robot.fields[f + 1].jets(abscissa, part(element, f + 1));
+        let facing = Facing::new(&v, &place.jets.offset, &jets.offset);
+        let rotation = place.rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);
+        let strain = Vector3::new(facing.a, -facing.p, -facing.r) / facing.h
+            - Vector3::new(jets.direction[1], 0.0, 0.0);
+        let tension = (0..n).map(|j| place.lagrange[j] * self.tension[node(j) * followers + f]).sum();
+        let tube = TubeSection {
+            abscissa,
+            rotation,
+            centroid: place.centre + rotation.column(1) * jets.offset[0],
+            rate: facing.h,
+            strain,
+            stretch: v[local::EK],
+            moment: moment(&jets, &strain),
+            force: Vector3::new(tension, 0.0, 0.0),
+        };
+        (tube, angle, energy::gradient(&facing, v[local::EK], &jets).0)
+    }
+
+    /// Shear force of a tube in the leader's frame: Q = v × t / g with v = −(dM/dX + K × M + m).
+    fn shear(&self, place: &Place, tube: usize) -> Vector3<f64> {
+        let (layout, state) = (self.layout, &self.workspace.state);
+        let element = &layout.elements[place.e];
+        let rule = &layout.rules[element.rule];
+        let (n, length) = (rule.n, state.lengths[place.e]);
+        let slopes = rule.differentiation();
+        let mut balance = Vector3::zeros();
+        for i in 0..n {
+            let node = element.first_node + i;
+            let slope: Vector3<f64> = (0..n)
+                .map(|j| {
+                    self.moment[(element.first_node + j) * layout.tubes + tube] * (slopes[i * n + j] / length)
+                })
+                .sum();
+            let at = node * layout.tubes + tube;
+            let turned = curvature(state, layout, node).cross(&self.moment[at]);
+            balance -= (slope + turned + self.distributed[at]) * place.lagrange[i];
+        }
+        let g = 1.0 + place.stretch + place.jets.offset[0] * place.k.z;
+        balance.cross(&Vector3::x()) / g
     }
 
     /// Rotation and centre at ξ of an element, by one more Magnus step from the point before it.

@@ -6,6 +6,7 @@ use cppr::design::{
     BelowPlate, Material, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube, Torsion,
     TubeDesign,
 };
+use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
@@ -106,4 +107,16 @@ impl Random {
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * 0.5 * (self.next() + 1.0)
     }
+}
+
+/// Solves from rest and insists on a stable equilibrium.
+pub fn converged(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+) -> Equilibrium {
+    let found = solve(robot, workspace, command, settings).unwrap();
+    assert_eq!(found.status, Status::Converged, "{command:?}");
+    found
 }
