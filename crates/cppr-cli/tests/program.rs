@@ -73,7 +73,13 @@ fn every_example_of_the_help_works() {
 fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for page in ["README.md", "docs/src/tutorial.md", "docs/src/results.md", "docs/src/calibration.md", "docs/src/paper.md"] {
+    for page in [
+        "README.md",
+        "docs/src/tutorial.md",
+        "docs/src/results.md",
+        "docs/src/calibration.md",
+        "docs/src/paper.md",
+    ] {
         let page = std::fs::read_to_string(root().join(page)).unwrap();
         for line in page.lines().filter_map(|l| l.strip_prefix("    cargo run --release -- ")) {
             let arguments: Vec<&str> = line.split_whitespace().filter(|a| *a != "robots/*.toml").collect();
