@@ -3,7 +3,15 @@
 set -eu
 cd "$(dirname "$0")"
 
-cargo fmt --all --check
-cargo clippy --workspace --all-targets --release --quiet -- -D warnings
-RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet
-cargo test --workspace --release "$@"
+fail() {
+    echo "error: $1" >&2
+    exit 1
+}
+
+cargo fmt --all --check || fail "the sources are not formatted: run 'cargo fmt --all'"
+cargo clippy --workspace --all-targets --release --quiet -- -D warnings ||
+    fail "lints or the compiler object: run 'cargo clippy --workspace --all-targets --release' and mend what it names"
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet ||
+    fail "the documentation of the library has errors: see above"
+cargo test --workspace --release "$@" || fail "tests failed: see above"
+echo "all tests passed"

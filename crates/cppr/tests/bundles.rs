@@ -10,6 +10,7 @@ use cppr::analysis::shape::tip_pose;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Settings, Status, Workspace, solve};
 use cppr::statics::Loads;
+use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What each case of the file is asked, in words there.
@@ -41,49 +42,72 @@ fn command(name: &str) -> Command {
     }
 }
 
+/// Modes of the reference; with them both programs solve the same algebraic equations.
+fn same_modes(twisted: bool) -> Resolution {
+    let modes = if twisted { 7 } else { 6 };
+    Resolution { twist: modes, bending_y: 9, bending_z: 9, angle: modes, stretch: 0, nodes: 20 }
+}
+
+/// Largest relative deviation of a case from the reference: tip, rotation, forces, torques, energy.
+fn deviation(case: &Value, workspace: &mut Workspace, resolution: fn(bool) -> Resolution) -> f64 {
+    let name = case["name"].as_str().unwrap();
+    let twisted = name.starts_with("helix");
+    let robot = bundle(&case["parameters"], if twisted { HELIX } else { 0.0 });
+    let settings = Settings::default().with_resolution(resolution(twisted));
+    let found = solve(&robot, workspace, &command(name), &settings).unwrap();
+    assert_eq!(found.status, Status::Converged, "{name}");
+    let (rotation, tip) = tip_pose(&robot, workspace, &found);
+    let expected = &case["expected"];
+    let mut errors = vec![(tip - vector(&expected["tip_centreline_m"])).norm() / robot.length()];
+    for (axis, row) in expected["tip_rotation_rows"].as_array().unwrap().iter().enumerate() {
+        errors.push((rotation.row(axis).transpose() - vector(row)).norm());
+    }
+    let list = |key: &str| -> Vec<f64> {
+        expected[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let (forces, torques) = (list("actuation_force_N"), list("actuation_torque_Nm"));
+    // An effort that vanishes by symmetry has no relative error: against the largest of the case, force at the arm
+    // of the leader's centroid included.
+    let largest = |list: &[f64]| list.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let arm = case["parameters"]["tubes"][0]["D_m"].as_f64().unwrap();
+    let force_unit = largest(&forces).max(largest(&torques) / arm);
+    for (f, actuator) in found.actuators.iter().enumerate() {
+        errors.push((actuator.tension - forces[f]).abs() / force_unit);
+        errors.push((actuator.torque - torques[f]).abs() / (force_unit * arm));
+    }
+    let energy = expected["elastic_energy_J"].as_f64().unwrap();
+    errors.push((found.elastic_energy - energy).abs() / energy);
+    errors.into_iter().fold(0.0, f64::max)
+}
+
 #[test]
 fn agree_with_the_independent_program_at_its_own_modes() {
     let data = reference("bundles");
     let mut workspace = Workspace::new();
-    let mut worst = 0.0_f64;
     let cases = data["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 25);
     for case in cases {
-        let name = case["name"].as_str().unwrap();
-        let turn = if name.starts_with("helix") { HELIX } else { 0.0 };
-        let robot = bundle(&case["parameters"], turn);
-        // The modes of the reference: with a follower turned by π its own truncation error is 5e-6.
-        let modes = if turn == 0.0 { 6 } else { 7 };
-        let resolution =
-            Resolution { twist: modes, bending_y: 9, bending_z: 9, angle: modes, stretch: 0, nodes: 20 };
-        let settings = Settings::default().with_resolution(resolution);
-        let found = solve(&robot, &mut workspace, &command(name), &settings).unwrap();
-        assert_eq!(found.status, Status::Converged, "{name}");
-        let (rotation, tip) = tip_pose(&robot, &mut workspace, &found);
-        let expected = &case["expected"];
-        let mut check = |what: &str, got: f64, want: f64, unit: f64| {
-            let error = (got - want).abs() / unit;
-            worst = worst.max(error);
-            assert!(error < 1e-7, "{name}: {what} is {got}, the reference {want}");
-        };
-        check("tip", (tip - vector(&expected["tip_centreline_m"])).norm(), 0.0, robot.length());
-        for (axis, row) in expected["tip_rotation_rows"].as_array().unwrap().iter().enumerate() {
-            check("rotation", (rotation.row(axis).transpose() - vector(row)).norm(), 0.0, 1.0);
-        }
-        // Efforts against the largest of their kind: a torque that vanishes by symmetry has no relative error.
-        let list = |key: &str| -> Vec<f64> {
-            expected[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
-        };
-        let (forces, torques) = (list("actuation_force_N"), list("actuation_torque_Nm"));
-        let largest = |list: &[f64]| list.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let offset = case["parameters"]["tubes"][0]["D_m"].as_f64().unwrap();
-        let force_unit = largest(&forces).max(largest(&torques) / offset);
-        for (f, actuator) in found.actuators.iter().enumerate() {
-            check("force", actuator.tension, forces[f], force_unit);
-            check("torque", actuator.torque, torques[f], force_unit * robot.length() / 10.0);
-        }
-        let energy = expected["elastic_energy_J"].as_f64().unwrap();
-        check("energy", found.elastic_energy, energy, energy);
+        let error = deviation(case, &mut workspace, same_modes);
+        assert!(error < 1e-7, "{}: off by {error:.1e}", case["name"]);
     }
-    println!("largest relative deviation {worst:.2e}");
+}
+
+/// With a follower turned by π the reference is not converged: it agrees at its own modes, above, and the
+/// converged answer is 4e-6 and 1e-5 away.
+const TRUNCATED: [&str; 2] = ["straight_+3_rot_3.142", "straight_-3_rot_3.142"];
+
+#[test]
+fn agree_with_the_independent_program_with_modes_raised() {
+    let data = reference("bundles");
+    let mut workspace = Workspace::new();
+    for case in data["cases"].as_array().unwrap() {
+        let name = case["name"].as_str().unwrap();
+        let error = deviation(case, &mut workspace, |twisted| same_modes(twisted).refined(2));
+        if TRUNCATED.contains(&name) {
+            let further = deviation(case, &mut workspace, |twisted| same_modes(twisted).refined(3));
+            assert!(error < 1.2e-5 && (error - further).abs() < 1e-8, "{name}: {error:.1e} {further:.1e}");
+        } else {
+            assert!(error < 1e-6, "{name}: off by {error:.1e}");
+        }
+    }
 }

@@ -74,31 +74,37 @@ fn tapered_and_loaded_robots_meet_the_brute_force_contact_computation() {
         let arm = robot.fields_at(0, robot.length()).centroid_offset;
         let force = Vector3::new(0.0, case["tip_force_N"][1].as_f64().unwrap(), 0.0);
         let wrench = Wrench { point: Vector3::new(0.0, arm, 0.0), ..Wrench::tip_force(force) };
-        let command = Command::pull(&[case["delta_a_mm"].as_f64().unwrap() * 1e-3])
-            .with_loads(Loads { wrenches: vec![wrench], ..Loads::none() });
+        let motion = case["delta_a_mm"].as_f64().unwrap() * 1e-3;
+        let command = Command::pull(&[motion]).with_loads(Loads { wrenches: vec![wrench], ..Loads::none() });
+        // Five modes, as the paper uses in the plane, are within 1e-4 of the length.
         for (settings, tolerance) in [
             (Settings::planar().with_resolution(fine), 1e-3),
-            (Settings::default(), 15e-3),
+            (Settings::default(), 1e-3),
             (Settings::planar(), 15e-3),
         ] {
             let found = converged(&robot, &mut workspace, &command, &settings);
             let shape = Shape::sampled(&robot, &mut workspace, &found, 2);
             let tip = shape.sections[1].tubes[0].centroid * 1e3;
             let expected = &case["consistent"]["E_n12"];
-            // B−: the reference has one polynomial across the plate, where the follower's taper ends; the
-            // shooting below and the brute force show that it is 4 µm off there.
-            let tolerance = if name == "B-" { tolerance + 4e-3 } else { tolerance };
+            // B−: the reference has one polynomial across the plate, where the follower's taper ends, and is 4 µm
+            // off there: twice as far from the brute force as ours. `shoot` gives the value to compare with.
+            let (want, effort) = if name == "B-" {
+                let (tension, tip) = shoot(&robot, motion, 2000);
+                (tip.map(|x| x * 1e3), tension)
+            } else {
+                let tip = |axis: usize| expected["tip_mm"][axis].as_f64().unwrap();
+                ([tip(0), tip(1)], expected["T_N"].as_f64().unwrap())
+            };
             for axis in 0..2 {
-                let want = expected["tip_mm"][axis].as_f64().unwrap();
-                assert!((tip[axis] - want).abs() < tolerance, "{name}: {} mm, {want} mm", tip[axis]);
+                assert!((tip[axis] - want[axis]).abs() < tolerance, "{name}: {} mm, {want:?} mm", tip[axis]);
             }
-            let (got, want) = (found.actuators[0].tension, expected["T_N"].as_f64().unwrap());
-            assert!((got - want).abs() < 1e-3 * tolerance * 1e3, "{name}: {got} N, {want} N");
+            let got = found.actuators[0].tension;
+            assert!((got - effort).abs() < tolerance, "{name}: {got} N, {effort} N");
             let brute = &case["brute_force"]["tip_mm"];
             for axis in 0..2 {
-                // 600 rigid links differ from a continuum by a few micrometres.
+                // 600 rigid links differ from a continuum by up to 3.6 µm.
                 assert!(
-                    (tip[axis] - brute[axis].as_f64().unwrap()).abs() < tolerance + 5e-3,
+                    (tip[axis] - brute[axis].as_f64().unwrap()).abs() < tolerance + 3e-3,
                     "{name}: brute force"
                 );
             }
