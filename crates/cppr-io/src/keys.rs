@@ -27,7 +27,7 @@ const FOREIGN: [(&str, &str, f64); 21] = [
     ("_mg_mm", "_g_m", 1.0),
 ];
 /// Suffixes of this format, the longer ones before those that they end with.
-const OWN: [&str; 7] = ["_kg_m3", "_g_m", "_Nmm2", "_GPa", "_mm", "_deg", "_N"];
+const OWN: [&str; 8] = ["_kg_m3", "_percent", "_g_m", "_Nmm2", "_GPa", "_mm", "_deg", "_N"];
 
 /// What an unknown key is taken for.
 pub(crate) struct Guess {

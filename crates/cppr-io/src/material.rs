@@ -2,11 +2,17 @@
 
 use crate::cursor::{Cursor, Field};
 use crate::problems::Collector;
-use crate::quantity::{DENSITY, MODULUS, POISSON, print};
+use crate::quantity::{DENSITY, MODULUS, POISSON, STRAIN, print};
 use cppr::design::Material;
 use std::ops::Range;
 
-const KEYS: [&str; 4] = ["youngs_modulus_GPa", "poissons_ratio", "shear_modulus_GPa", "density_kg_m3"];
+const KEYS: [&str; 5] = [
+    "youngs_modulus_GPa",
+    "poissons_ratio",
+    "shear_modulus_GPa",
+    "density_kg_m3",
+    "allowable_strain_percent",
+];
 
 /// What one table says.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,6 +21,7 @@ pub(crate) struct Written {
     poissons_ratio: Field,
     shear_modulus: Field,
     density: Field,
+    allowable_strain: Field,
 }
 
 impl Written {
@@ -28,6 +35,7 @@ impl Written {
             poissons_ratio: cursor.field("poissons_ratio", &POISSON, out),
             shear_modulus: cursor.field("shear_modulus_GPa", &MODULUS, out),
             density: cursor.field("density_kg_m3", &DENSITY, out),
+            allowable_strain: cursor.field("allowable_strain_percent", &STRAIN, out),
         };
         if let (Some(ratio), Some(entry)) = (written.poissons_ratio.value, cursor.get("poissons_ratio"))
             && !(ratio > -1.0 && ratio < 0.5)
@@ -69,6 +77,7 @@ impl Common {
         let pick = |own: Field, common: Field| if own.present { own } else { common };
         let modulus = pick(own.youngs_modulus, common.youngs_modulus);
         let density = pick(own.density, common.density);
+        let allowable_strain = pick(own.allowable_strain, common.allowable_strain).value;
         // Ratio and shear modulus say the same thing: a tube that gives one overrides both.
         let shear = if own.poissons_ratio.present || own.shear_modulus.present { own } else { &common };
         let has_shear = shear.poissons_ratio.present || shear.shear_modulus.present;
@@ -82,7 +91,7 @@ impl Common {
             Some(shear_modulus) => youngs_modulus / (2.0 * shear_modulus) - 1.0,
             None => shear.poissons_ratio.value?,
         };
-        Some(Material { youngs_modulus, poissons_ratio, density: density.value? })
+        Some(Material { youngs_modulus, poissons_ratio, density: density.value?, allowable_strain })
     }
 
     /// Reports a key that no table gives, once per file.

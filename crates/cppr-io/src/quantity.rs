@@ -29,6 +29,7 @@ const NEWTON: Unit = Unit { suffix: "_N", print: " N", scale: (1.0, 1.0) };
 const G_M: Unit = Unit { suffix: "_g_m", print: " g/m", scale: (1.0, 1e3) };
 /// Degrees stay degrees until a direction has been brought into one turn.
 const DEG: Unit = Unit { suffix: "_deg", print: "°", scale: (1.0, 1.0) };
+const PERCENT: Unit = Unit { suffix: "_percent", print: " %", scale: (1.0, 1e2) };
 const NONE: Unit = Unit { suffix: "", print: "", scale: (1.0, 1.0) };
 
 /// What signs a quantity may have.
@@ -87,6 +88,15 @@ quantity!(
     5.0..3e4,
     "Is it in another unit? 1.24 g/cm³ is 1240 kg/m³.",
     "1240"
+);
+quantity!(
+    STRAIN,
+    "an allowable strain",
+    PERCENT,
+    POSITIVE,
+    0.05..50.0,
+    "Is it in another unit? A strain of 0.015 is 1.5 percent.",
+    "1.5"
 );
 quantity!(POISSON, "Poisson's ratio", NONE, Sign::Any, 1e-300..1e300, "", "0.35");
 quantity!(STIFFNESS, "a stiffness", NMM2, POSITIVE, 1e-6..1e15, STIFFNESS_SLIP, "1783");

@@ -5,7 +5,7 @@
 //! | table | keys |
 //! |---|---|
 //! | the file | `name`, `length_mm` |
-//! | `[material]`, `[tube.material]` | `youngs_modulus_GPa`, `poissons_ratio` or `shear_modulus_GPa`, `density_kg_m3`; a tube's keys take the place of the robot's |
+//! | `[material]`, `[tube.material]` | `youngs_modulus_GPa`, `poissons_ratio` or `shear_modulus_GPa`, `density_kg_m3`, `allowable_strain_percent` (none); a tube's keys take the place of the robot's |
 //! | `[calibration]` | `centroid_offset_factor` (1) |
 //! | `[[tube]]`, the leader first | `outer_radius_mm`, `inner_radius_mm`, `shape` ("round"; "square" and "hexagon" take half the width across flats as radii), `centroid_offset_factor` (that of the robot) |
 //! | `[tube.notches]` | `depth_mm`, `length_mm`, `tooth_mm`, `count` (as many as fit), `opening_deg`, `twist_deg` (0), `torsion` ("saint-venant", "polar" or `{ stiffness_Nmm2 = ... }`), `below_plate` ("plain" or "continued") |
@@ -28,6 +28,7 @@ use crate::problems::{Collector, Problems};
 use crate::quantity::{FACTOR, LENGTH};
 use crate::syntax::report_syntax;
 use crate::tube_file::{KEYS as TUBE_KEYS, Robot, Tube, check_nesting, read_tube};
+pub use cppr::design::NotchPattern;
 use cppr::design::RobotDesign;
 use std::io::Read;
 use std::path::Path;
@@ -66,25 +67,6 @@ pub struct TubeFile {
     pub notches: Option<NotchPattern>,
     /// Factor on the centroid offset of this tube.
     pub centroid_offset_factor: f64,
-}
-
-/// A row of equal notches from the baseplate on, with half a tooth before the first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NotchPattern {
-    /// Length of a notch along the tube (m).
-    pub length: f64,
-    /// Length of the tooth between two notches (m).
-    pub tooth: f64,
-    /// Number of notches.
-    pub count: u32,
-}
-
-impl NotchPattern {
-    /// Rest abscissae of the middles of the notches (m).
-    #[must_use]
-    pub fn middles(&self) -> Vec<f64> {
-        (0..self.count).map(|i| (f64::from(i) + 0.5) * (self.length + self.tooth)).collect()
-    }
 }
 
 /// Reads a robot file.

@@ -110,6 +110,7 @@ fn read_geometry(
             outline,
             depth: notches.depth,
             direction: notches.direction,
+            pattern: notches.pattern,
             material,
             torsion: notches.torsion,
             below: notches.below,

@@ -44,10 +44,10 @@ fn the_whole_text_of_a_message() {
     let (text, _) = changed(R1, "depth_mm = 2.0", "depth_mm = 3.5");
     let said = problems(&text).in_file("robots/r1.toml").to_string();
     let expected = "\
-robots/r1.toml:32: tube 2, notches.depth_mm: 3.5 mm is deeper than the tube is wide (3.0 mm). \
+robots/r1.toml:34: tube 2, notches.depth_mm: 3.5 mm is deeper than the tube is wide (3.0 mm). \
 Write a depth below 3.0, or leave notches out for an uncut tube.
    |
-32 | depth_mm = 3.5
+34 | depth_mm = 3.5
    |            ^^^";
     assert_eq!(said, expected);
 }
@@ -104,13 +104,13 @@ fn missing_keys() {
     for (key, line) in [
         ("name = \"R1\"", 1),
         ("length_mm = 150.0", 1),
-        ("youngs_modulus_GPa = 5.39", 8),
-        ("poissons_ratio = 0.35", 8),
-        ("density_kg_m3 = 1240", 8),
-        ("inner_radius_mm = 2.0", 16),
-        ("depth_mm = 5.0", 20),
-        ("tooth_mm = 5.0", 20),
-        ("opening_deg = 0.0", 31),
+        ("youngs_modulus_GPa = 5.39", 9),
+        ("poissons_ratio = 0.35", 9),
+        ("density_kg_m3 = 1240", 9),
+        ("inner_radius_mm = 2.0", 18),
+        ("depth_mm = 5.0", 22),
+        ("tooth_mm = 5.0", 22),
+        ("opening_deg = 0.0", 33),
     ] {
         let (text, _) = changed(R1, key, "#");
         let problem = only(&text);
@@ -284,14 +284,14 @@ fn offences_against_toml() {
     // A header that comes twice is one problem, not one for each of its keys.
     let again = R1.replace("[[tube]] # the follower", "# the follower").replace("outer_radius_mm = 1.5", "");
     let problem = only(&again.replace("inner_radius_mm = 0.5", ""));
-    assert_eq!(problem.line, 31, "{problem}");
+    assert_eq!(problem.line, 33, "{problem}");
     assert!(problem.help.contains("[[tube]]"), "{problem}");
     // What stands before the first offence is still checked, and nothing seems to be missing after it.
     let text = R1
         .replace("youngs_modulus_GPa = 5.39", "youngs_modulus_GPa = -1")
         .replace("depth_mm = 5.0", "depth_mm = ");
     let problems = problems(&text);
-    assert_eq!(problems.list.iter().map(|p| p.line).collect::<Vec<_>>(), [9, 21], "{problems}");
+    assert_eq!(problems.list.iter().map(|p| p.line).collect::<Vec<_>>(), [10, 23], "{problems}");
 }
 
 #[test]

@@ -8,7 +8,9 @@ use cppr_io::{NotchPattern, RobotFile, robot_file};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-const PLA: Material = Material { youngs_modulus: 5.39e9, poissons_ratio: 0.35, density: 1240.0 };
+const PLA: Material =
+    Material { youngs_modulus: 5.39e9, poissons_ratio: 0.35, density: 1240.0, allowable_strain: Some(0.015) };
+const PATTERN: NotchPattern = NotchPattern { length: 0.005, tooth: 0.005, count: 15 };
 
 fn shipped(name: &str) -> RobotFile {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);
@@ -25,6 +27,7 @@ fn planar(outer: f64, inner: f64, depth: Profile, direction: f64, factor: f64) -
         outline: Outline::Round { outer_radius: outer / 1e3, inner_radius: inner / 1e3 },
         depth,
         direction: Profile::constant(direction),
+        pattern: Some(PATTERN),
         material: PLA,
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,
@@ -46,7 +49,7 @@ fn check_planar(file: &str, name: &str, factor: f64, radii: [f64; 4], depths: [P
     );
     for (tube, (outer, inner)) in robot.tubes.iter().zip([(ro1, ri1), (ro2, ri2)]) {
         assert_eq!((tube.outer_radius, tube.inner_radius), (Some(outer / 1e3), Some(inner / 1e3)));
-        assert_eq!(tube.notches, Some(NotchPattern { length: 0.005, tooth: 0.005, count: 15 }));
+        assert_eq!(tube.notches, Some(PATTERN));
     }
 }
 
@@ -141,6 +144,31 @@ fn leader(notches: &str) -> NotchedTube {
 }
 
 #[test]
+fn allowable_strains_belong_to_the_material() {
+    let tubes = "[[tube]]\nouter_radius_mm = 3\ninner_radius_mm = 2\n[[tube]]\nouter_radius_mm = 1.5\ninner_radius_mm = 1\n";
+    let own = format!(
+        "{HEAD}allowable_strain_percent = 2\n{tubes}[tube.material]\nallowable_strain_percent = 4\n",
+    );
+    let allowed = |text: &str| -> Vec<Option<f64>> {
+        let tubes = parsed(text).design.tubes;
+        let strain = |tube: &TubeDesign| match tube {
+            TubeDesign::Notched(tube) => tube.material.allowable_strain,
+            TubeDesign::Stiffness(_) => panic!("a notched tube"),
+        };
+        tubes.iter().map(strain).collect()
+    };
+    assert_eq!(allowed(&own), [Some(0.02), Some(0.04)]);
+    assert_eq!(allowed(&format!("{HEAD}{tubes}")), [None, None]);
+    // A strain written as a plain number is a hundred times too small.
+    let slip = robot_file::parse(&own.replace("percent = 2", "percent = 0.02")).unwrap_err().to_string();
+    assert!(
+        slip.contains("a strain of 0.015 is 1.5 percent")
+            || slip.contains("A strain of 0.015 is 1.5 percent"),
+        "{slip}"
+    );
+}
+
+#[test]
 fn depths_per_notch_stand_at_the_middles() {
     let tube = leader("depth_mm = [1, 2, 4, 3]\nlength_mm = 4\ntooth_mm = 6\n");
     let expected = Profile::per_notch(&[0.001, 0.002, 0.004, 0.003], &[0.005, 0.015, 0.025, 0.035]);
@@ -183,8 +211,14 @@ fn shapes_materials_and_factors_of_single_tubes() {
     };
     assert_eq!(first.outline, Outline::Polygon { sides: 4, outer_apothem: 0.004, inner_apothem: 0.003 });
     assert_eq!(second.outline, Outline::Polygon { sides: 6, outer_apothem: 0.0025, inner_apothem: 0.0 });
-    assert_eq!(first.material, Material { youngs_modulus: 1e9, poissons_ratio: 0.3, density: 0.0 });
-    assert_eq!(second.material, Material { youngs_modulus: 1e9, poissons_ratio: 0.0, density: 8000.0 });
+    assert_eq!(
+        first.material,
+        Material { youngs_modulus: 1e9, poissons_ratio: 0.3, density: 0.0, allowable_strain: None }
+    );
+    assert_eq!(
+        second.material,
+        Material { youngs_modulus: 1e9, poissons_ratio: 0.0, density: 8000.0, allowable_strain: None }
+    );
     assert_eq!(first.centroid_offset_factor.to_bits(), 1.1_f64.to_bits());
     assert_eq!(second.centroid_offset_factor.to_bits(), 1.2_f64.to_bits());
     assert_eq!((&first.depth, &first.direction), (&Profile::constant(0.0), &Profile::constant(0.0)));

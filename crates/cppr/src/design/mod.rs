@@ -1,5 +1,6 @@
 //! What is built: sections, profiles along a tube, tubes and the robot made of them.
 
+mod fibre;
 pub(crate) mod fields;
 pub mod profile;
 pub mod robot;
@@ -12,4 +13,4 @@ pub use fields::FieldValues;
 pub use profile::{Profile, ProfileError};
 pub use robot::{DesignProblem, Robot, RobotDesign};
 pub use section::{Inertia, Outline, SectionError, SectionProperties};
-pub use tube::{BelowPlate, Material, NotchedTube, StiffnessTube, Torsion, TubeDesign};
+pub use tube::{BelowPlate, Material, NotchPattern, NotchedTube, StiffnessTube, Torsion, TubeDesign};

@@ -14,6 +14,8 @@ pub struct Material {
     pub poissons_ratio: f64,
     /// Density μ (kg/m³); zero for a weightless tube.
     pub density: f64,
+    /// Greatest strain the material is to bear, tension or compression (-); `None` where the design sets none.
+    pub allowable_strain: Option<f64>,
 }
 
 impl Material {
@@ -44,6 +46,31 @@ pub enum BelowPlate {
     Continued,
 }
 
+/// A row of equal notches from the baseplate on, with half a tooth before the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotchPattern {
+    /// Length of a notch along the tube (m).
+    pub length: f64,
+    /// Length of the tooth between two notches (m).
+    pub tooth: f64,
+    /// Number of notches.
+    pub count: u32,
+}
+
+impl NotchPattern {
+    /// Length of a cell: a notch and half a tooth on either side (m).
+    #[must_use]
+    pub fn pitch(&self) -> f64 {
+        self.length + self.tooth
+    }
+
+    /// Rest abscissae of the middles of the notches (m).
+    #[must_use]
+    pub fn middles(&self) -> Vec<f64> {
+        (0..self.count).map(|i| (f64::from(i) + 0.5) * self.pitch()).collect()
+    }
+}
+
 /// A tube cut by notches: its stiffness follows from its geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotchedTube {
@@ -53,6 +80,8 @@ pub struct NotchedTube {
     pub depth: Profile,
     /// Direction φ(x) of the centroid (rad); the notch opens at φ + π.
     pub direction: Profile,
+    /// Where the notches are. The mechanics spreads them evenly; limits need them one by one.
+    pub pattern: Option<NotchPattern>,
     /// Material.
     pub material: Material,
     /// Torsional stiffness.

@@ -3,8 +3,8 @@
 
 use cppr::Vector3;
 use cppr::design::{
-    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube, Torsion,
-    TubeDesign,
+    BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube,
+    Torsion, TubeDesign,
 };
 use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve};
 use serde_json::Value;
@@ -68,7 +68,13 @@ pub fn prototype(name: &str, factor: f64, below: BelowPlate) -> Robot {
             outline: Outline::Round { outer_radius: radii[0] * mm, inner_radius: radii[1] * mm },
             depth: Profile::linear(depth[0] * mm, depth[1] * mm),
             direction: Profile::constant(direction),
-            material: Material { youngs_modulus: 5.39e9, poissons_ratio: 0.35, density: 1240.0 },
+            pattern: Some(NotchPattern { length: 5.0 * mm, tooth: 5.0 * mm, count: 15 }),
+            material: Material {
+                youngs_modulus: 5.39e9,
+                poissons_ratio: 0.35,
+                density: 1240.0,
+                allowable_strain: None,
+            },
             torsion: Torsion::SaintVenant,
             below,
             centroid_offset_factor: factor,

@@ -1,0 +1,154 @@
+//! Limits of notches against closed forms and against the fields of the shape.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{converged, prototype, robot, stiff_tube};
+use cppr::Vector3;
+use cppr::analysis::stability::stability;
+use cppr::analysis::{Limit, Place, SectionLimit, Shape, Teeth, governing, section_limits};
+use cppr::design::{BelowPlate, Inertia, Outline, TubeDesign};
+use cppr::solve::{Actuator, Command, Drive, Settings, Workspace};
+use cppr::statics::Loads;
+
+const LENGTH: f64 = 0.15;
+/// Notch and tooth of the prototypes (m).
+const NOTCH: f64 = 5e-3;
+const PITCH: f64 = 10e-3;
+
+fn section(outer: f64, inner: f64, depth: f64) -> Inertia {
+    Outline::Round { outer_radius: outer, inner_radius: inner }.inertia(depth).unwrap()
+}
+
+#[test]
+fn a_uniform_bend_has_the_strain_and_closure_of_york_and_swaney() {
+    let robot = prototype("R1", 1.0, BelowPlate::Plain);
+    let mut workspace = Workspace::new();
+    let (d1, d2) = (section(3e-3, 2e-3, 5e-3).centroid_offset, section(1.5e-3, 0.5e-3, 2e-3).centroid_offset);
+    assert!((d1 - 2.406_328_667_04e-3).abs() < 1e-13);
+    // Pulled until the leader's teeth touch: a cell turns by ℓ/(ρ̄ + D), York et al. 2015.
+    let angle = NOTCH / (3e-3 + d1);
+    let curvature = angle / PITCH;
+    let pull = curvature * (d1 + d2) * LENGTH;
+    let command = Command::pull(&[pull]);
+    let found = converged(&robot, &mut workspace, &command, &Settings::planar());
+    let all = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    let of = |tube: usize| all.iter().filter(move |s| s.tube == tube);
+    assert_eq!(of(1).count(), 15);
+    for s in of(1) {
+        assert!((s.curvature[1] + curvature).abs() < 1e-8 * curvature, "{s:?}");
+        assert!((s.closure.unwrap() - 1.0).abs() < 1e-8, "{s:?}");
+        assert!(s.gap.unwrap().abs() < 1e-8 * NOTCH, "{s:?}");
+        // The spine's back is stretched: (ρ̄ − D) κ, against (D − α) κ at the cut.
+        let strain = (3e-3 - d1) * angle / NOTCH;
+        assert!((s.strain - strain).abs() < 1e-8 * strain, "{s:?}");
+    }
+    // The follower is shorter by the pull and bends away from its notches.
+    let own = angle / PITCH / (1.0 - pull / LENGTH) * PITCH / NOTCH;
+    for s in of(2) {
+        let strain = -(1.5e-3 - d2).max(d2 - 0.5e-3) * own;
+        let strain = if 1.5e-3 - d2 > d2 - 0.5e-3 { strain } else { -strain };
+        assert!((s.strain - strain).abs() < 1e-7 * strain.abs(), "{s:?} {strain}");
+        // Least where the notch opens least: the edge of the cut.
+        let opened = (d2 - 0.5e-3) * own;
+        assert!((s.closure.unwrap() + opened).abs() < 1e-7 * opened, "{s:?} {opened}");
+        assert!(s.abscissa >= pull);
+    }
+    // Notches that have been pulled below the plate are straight and gone.
+    let gone = (pull / PITCH + 0.5).floor();
+    assert!((of(2).count() as f64 - (15.0 - gone)).abs() < 0.5);
+    // Where the teeth bend too, half of everything is in the notch.
+    let spread = section_limits(&robot, &mut workspace, &found, Teeth::Bending);
+    for (a, b) in all.iter().zip(&spread) {
+        assert!((a.strain - 2.0 * b.strain).abs() < 1e-12);
+    }
+    let first = governing(&all, None).unwrap();
+    assert_eq!((first.limit, first.section.unwrap().tube), (Limit::Closure, 1));
+}
+
+/// Fibres all over the contour.
+fn brute(outline: &Outline, depth: f64, strain: [f64; 3]) -> (f64, f64) {
+    let Outline::Round { outer_radius, .. } = *outline else { panic!("round") };
+    let offset = outline.inertia(depth).unwrap().centroid_offset;
+    let (mut worst, mut closing) = (0.0_f64, f64::NEG_INFINITY);
+    for i in 0..50_000 {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 50_000.0).sin_cos();
+        let (y, z) = (outer_radius * cos, outer_radius * sin);
+        let value = strain[2] - strain[1] * (y - offset) + strain[0] * z;
+        if y >= depth - outer_radius {
+            worst = if value.abs() > worst.abs() { value } else { worst };
+        } else {
+            closing = closing.max(-value);
+        }
+    }
+    (worst, closing)
+}
+
+#[test]
+fn bending_in_both_planes_with_stretch_agrees_with_fibres_of_the_shape() {
+    let mut workspace = Workspace::new();
+    for (motion, settings) in [
+        (6e-3, Settings::default()),
+        (-6e-3, Settings::default().with_stretch()),
+        (-14e-3, Settings::default()),
+    ] {
+        let robot = prototype("R4", 1.26, BelowPlate::Plain);
+        let actuator = Actuator { push_pull: Drive::Motion(motion), rotation: Drive::Motion(0.4) };
+        let command = Command { actuators: vec![actuator], ..Command::held(&robot) }
+            .with_loads(Loads::tip_force(Vector3::new(0.05, 0.1, 0.3)));
+        let found = converged(&robot, &mut workspace, &command, &settings);
+        let all = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+        // The uncut part ends at an edge, where curvatures jump: look at it from its own side.
+        let side =
+            |s: &SectionLimit| if s.place == Place::Uncut { (s.label - 1e-10).max(0.0) } else { s.label };
+        let labels: Vec<f64> = all.iter().map(side).collect();
+        let shape = Shape::at(&robot, &mut workspace, &found, &labels);
+        let mut uncut = 0;
+        for (s, section) in all.iter().zip(&shape.sections) {
+            let tube = &section.tubes[s.tube - 1];
+            assert!((tube.abscissa - s.abscissa).abs() < 1e-9, "{s:?} {}", tube.abscissa);
+            let here = [tube.strain.y, tube.strain.z, tube.stretch];
+            // Between the nodes, the shape evaluates modes and the limits interpolate.
+            let (size, error) =
+                (here[0].hypot(here[1]), (s.curvature[0] - here[0]).hypot(s.curvature[1] - here[1]));
+            assert!(error < 2e-5 * size, "{s:?} {here:?}");
+            let TubeDesign::Notched(design) = &robot.design().tubes[s.tube - 1] else { unreachable!() };
+            let (depth, share) = match s.place {
+                Place::Uncut => (0.0, 1.0),
+                _ => (design.depth.eval(s.abscissa, LENGTH)[0], PITCH / NOTCH),
+            };
+            let (strain, closing) = brute(&design.outline, depth, here.map(|v| share * v));
+            // Between two fibres of the test, and between two nodes.
+            let fibre = 0.15e-3 * share * size * design.outline.outer_reach();
+            let tolerance = fibre + 2e-5 * strain.abs();
+            // A whole section is as much stretched on one side as compressed on the other.
+            let strain = if s.place == Place::Uncut { strain.abs() * s.strain.signum() } else { strain };
+            assert!((s.strain - strain).abs() < tolerance, "{s:?} {strain}");
+            match s.closure {
+                Some(closure) => assert!((closure - closing).abs() < tolerance, "{s:?} {closing}"),
+                None => uncut += 1,
+            }
+        }
+        assert_eq!(uncut > 0, motion < 0.0, "the uncut part is there where the follower is pushed");
+        assert!(all.iter().any(|s| s.curvature[0].abs() > 0.1), "nothing bends out of the plane");
+    }
+}
+
+#[test]
+fn what_has_no_fibres_has_no_sections_and_stability_governs() {
+    let robot = robot(
+        LENGTH,
+        vec![
+            stiff_tube(3e-3, [0.012, 1e-3], 4e-3, 0.0, 0.0),
+            stiff_tube(1e-3, [0.006, 8e-4], 2e-3, 3.0, 0.0),
+        ],
+    );
+    let mut workspace = Workspace::new();
+    let found = converged(&robot, &mut workspace, &Command::pull(&[3e-3]), &Settings::default());
+    let none: Vec<SectionLimit> = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    assert!(none.is_empty());
+    let margin = stability(&robot, &mut workspace, &found).unwrap().margin;
+    let nearest = governing(&none, Some(margin)).unwrap();
+    assert_eq!(nearest.limit, Limit::Stability);
+    assert!((nearest.utilisation - (1.0 - margin)).abs() < 1e-15 && margin < 1.0);
+}
