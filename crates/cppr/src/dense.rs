@@ -9,6 +9,15 @@ pub(crate) struct Lu {
     pivots: Vec<usize>,
 }
 
+/// A determinant that may be far beyond the range of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Determinant {
+    /// 1 or −1.
+    pub sign: f64,
+    /// Logarithm of its magnitude.
+    pub ln: f64,
+}
+
 /// A matrix that has no inverse to working precision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular;
@@ -50,6 +59,17 @@ impl Lu {
             }
         }
         Ok(())
+    }
+
+    /// Of the factored matrix.
+    pub fn determinant(&self) -> Determinant {
+        let mut result = Determinant { sign: 1.0, ln: 0.0 };
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            let diagonal = self.factors[k * self.n + k];
+            result.sign *= diagonal.signum() * if pivot == k { 1.0 } else { -1.0 };
+            result.ln += diagonal.abs().ln();
+        }
+        result
     }
 
     /// Solves A X = B in place; B is n × columns, row-major.
@@ -133,6 +153,9 @@ mod tests {
             assert!((b[i] - x[i]).abs() < 1e-12);
         }
         assert!(lu.factor(&[1.0, 2.0, 2.0, 4.0], 2).is_err());
+        lu.factor(&[0.0, 3.0, 0.0, 0.0, 0.0, 2.0, 5.0, 1.0, 4.0], 3).unwrap();
+        let determinant = lu.determinant();
+        assert!((determinant.sign * determinant.ln.exp() - 30.0).abs() < 1e-13);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits.
 
+pub mod continuation;
 pub mod limits;
 pub mod sensitivity;
 pub mod shape;

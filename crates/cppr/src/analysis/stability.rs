@@ -11,12 +11,14 @@ use crate::solve::newton::{System, Workspace};
 use crate::solve::{Equilibrium, Formulation};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-/// The lowest eigenvalue of the constrained tangent and its eigenvector.
+/// Lowest eigenvalue of the constrained tangent, its eigenvector, and how many are negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
     /// Lowest eigenvalue of 𝓛_uu against the elastic stiffness of the straight robot, both on the free
     /// motions: 1 for a straight, unloaded robot with straight patterns, 0 where it snaps, negative beyond.
     pub margin: f64,
+    /// Number of negative eigenvalues: 0 where stable, and one more behind each fold or simple branch point.
+    pub inertia: usize,
     /// The motion that belongs to it, in the solver's coordinates, of largest entry 1.
     pub mode: Vec<f64>,
 }
@@ -28,14 +30,8 @@ pub fn stability(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilib
         return None;
     }
     equilibrium.refresh(robot, workspace);
-    let system = equilibrium.system(robot);
-    let free = free_motions(workspace, &system);
-    let tangent = reduced_tangent(workspace, &free);
-    let elastic = free.transpose() * elastic_stiffness(workspace, &system) * &free;
-    let lower = Cholesky::new(elastic)?.l();
-    let half = lower.solve_lower_triangular(&tangent)?;
-    let whole = lower.solve_lower_triangular(&half.transpose())?;
-    let eigen = SymmetricEigen::new((&whole + whole.transpose()) * 0.5);
+    let Reduced { free, lower, tangent } = Reduced::new(workspace, &equilibrium.system(robot))?;
+    let eigen = SymmetricEigen::new(tangent);
     let lowest = eigen.eigenvalues.imin();
     let vector = lower.tr_solve_lower_triangular(&eigen.eigenvectors.column(lowest).into_owned())?;
     let mut mode = free * vector;
@@ -43,7 +39,51 @@ pub fn stability(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilib
         *entry *= unit;
     }
     let largest = mode.amax();
-    Some(Stability { margin: eigen.eigenvalues[lowest], mode: (mode / largest).as_slice().to_vec() })
+    Some(Stability {
+        margin: eigen.eigenvalues[lowest],
+        inertia: negative(eigen.eigenvalues.as_slice()),
+        mode: (mode / largest).as_slice().to_vec(),
+    })
+}
+
+/// How many eigenvalues of a spectrum count as negative.
+pub(crate) fn negative(spectrum: &[f64]) -> usize {
+    spectrum.iter().filter(|&&value| value < -NEUTRAL).count()
+}
+
+/// Below this an eigenvalue is rounding error: a neutral motion, as a round rod under an axial load has beyond buckling.
+pub(crate) const NEUTRAL: f64 = 1e-9;
+
+/// All eigenvalues, ascending, of the tangent at the evaluated point against the elastic stiffness; `None` as for
+/// [`stability`].
+pub(crate) fn spectrum(workspace: &Workspace, system: &System) -> Option<Vec<f64>> {
+    if system.formulation == Formulation::Printed {
+        return None;
+    }
+    let mut values = Reduced::new(workspace, system)?.tangent.symmetric_eigenvalues().as_slice().to_vec();
+    values.sort_unstable_by(f64::total_cmp);
+    Some(values)
+}
+
+/// The tangent on the free motions, in coordinates in which the elastic stiffness is the identity.
+struct Reduced {
+    /// Basis of the free motions.
+    free: DMatrix<f64>,
+    /// Lower Cholesky factor of the elastic stiffness on them.
+    lower: DMatrix<f64>,
+    tangent: DMatrix<f64>,
+}
+
+impl Reduced {
+    fn new(workspace: &Workspace, system: &System) -> Option<Self> {
+        let free = free_motions(workspace, system);
+        let tangent = reduced_tangent(workspace, &free);
+        let elastic = free.transpose() * elastic_stiffness(workspace, system) * &free;
+        let lower = Cholesky::new(elastic)?.l();
+        let half = lower.solve_lower_triangular(&tangent)?;
+        let whole = lower.solve_lower_triangular(&half.transpose())?;
+        Some(Self { free, lower, tangent: (&whole + whole.transpose()) * 0.5 })
+    }
 }
 
 /// Is the evaluated equilibrium a minimum on the free motions?

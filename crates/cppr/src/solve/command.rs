@@ -23,11 +23,17 @@ impl Drive {
         }
     }
 
-    fn scaled(self, factor: f64) -> Self {
+    /// The same kind of drive with another number.
+    #[must_use]
+    pub fn with_value(self, value: f64) -> Self {
         match self {
-            Self::Motion(value) => Self::Motion(factor * value),
-            Self::Effort(value) => Self::Effort(factor * value),
+            Self::Motion(_) => Self::Motion(value),
+            Self::Effort(_) => Self::Effort(value),
         }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        self.with_value(factor * self.value())
     }
 }
 

@@ -2,7 +2,7 @@
 
 pub mod command;
 pub(crate) mod newton;
-mod path;
+pub(crate) mod path;
 
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
 pub use newton::Workspace;
@@ -146,6 +146,18 @@ impl Equilibrium {
             actuators: &self.drives,
             formulation: self.settings.formulation,
         }
+    }
+
+    /// Takes efforts, energy and residual over from the workspace that evaluated its point.
+    pub(crate) fn read(&mut self, workspace: &Workspace) {
+        let efforts = &self.point.efforts;
+        for (f, state) in self.actuators.iter_mut().enumerate() {
+            let [motion, rotation] = workspace.assembly.knobs[f];
+            *state =
+                ActuatorState { motion, rotation, tension: efforts.tension[f], torque: efforts.torque[f] };
+        }
+        self.elastic_energy = workspace.assembly.elastic;
+        self.residual = workspace.residual.iter().fold(0.0, |m, r| r.abs().max(m));
     }
 
     /// Brings the workspace to this equilibrium, poses included.

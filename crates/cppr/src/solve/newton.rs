@@ -362,7 +362,7 @@ fn add_step(system: &System, point: &mut Point, units: &[f64], step: &[f64], fac
 /// Step of central differences in scaled unknowns.
 const DIFFERENCE: f64 = 1e-5;
 /// Below this the scaled residual is rounding error of the assembly.
-const FLOOR: f64 = 1e-8;
+pub(crate) const FLOOR: f64 = 1e-8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 4096.0;
 /// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.

@@ -6,7 +6,7 @@
 
 use super::command::{Command, CommandProblem, Drive, Settings};
 use super::newton::{Failure, Point, System, Workspace};
-use super::{ActuatorState, Equilibrium, Reason, Statistics, Status};
+use super::{Equilibrium, Reason, Statistics, Status};
 use crate::analysis::stability;
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
@@ -74,6 +74,34 @@ pub fn solve_into(
     Ok(())
 }
 
+/// One attempt at a command from a neighbouring equilibrium, which it moves: no way around over rest, so that the
+/// result lies on the same branch or is none.
+pub(crate) fn settle(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    equilibrium: &mut Equilibrium,
+) {
+    Finder { robot, workspace, settings, load_steps: 0 }.attempt(command, equilibrium);
+    equilibrium.command.copy(command);
+}
+
+/// A point carried over to another layout whose edges lie at `label(follower)` (m; 0 is the first follower).
+pub(crate) fn carried(from: &Point, old: &Layout, new: &Layout, label: impl Fn(usize) -> f64) -> Point {
+    let mut point = Point::rest(new);
+    point.efforts.tension.copy_from_slice(&from.efforts.tension);
+    point.efforts.torque.copy_from_slice(&from.efforts.torque);
+    for (i, follower) in new.edges.iter().enumerate() {
+        point.coordinates[new.modes + i] = label(follower - 1);
+        if let Some(place) = old.edges.iter().position(|f| f == follower) {
+            point.efforts.edge[i] = from.efforts.edge[place];
+        }
+    }
+    old.transfer(&from.coordinates, new, &mut point.coordinates);
+    point
+}
+
 struct Finder<'a> {
     robot: &'a Robot,
     workspace: &'a mut Workspace,
@@ -82,7 +110,7 @@ struct Finder<'a> {
 }
 
 /// Edges shorter than this part of L are not resolved: the follower stands at the plate.
-const LEAST_EDGE: f64 = 1e-9;
+pub(crate) const LEAST_EDGE: f64 = 1e-9;
 
 /// What an attempt starts at; its point is `workspace.start`.
 struct Start {
@@ -165,18 +193,7 @@ impl Finder<'_> {
         if Arc::ptr_eq(&layout, &start.layout) {
             result.point.copy(from);
         } else {
-            let efforts = &from.efforts;
-            let mut point = Point::rest(&layout);
-            point.efforts.tension.copy_from_slice(&efforts.tension);
-            point.efforts.torque.copy_from_slice(&efforts.torque);
-            for (i, follower) in layout.edges.iter().enumerate() {
-                point.coordinates[layout.modes + i] = estimate(follower - 1);
-                if let Some(old) = start.layout.edges.iter().position(|f| f == follower) {
-                    point.efforts.edge[i] = efforts.edge[old];
-                }
-            }
-            start.layout.transfer(&from.coordinates, &layout, &mut point.coordinates);
-            result.point = point;
+            result.point = carried(from, &start.layout, &layout, estimate);
         }
         for (i, follower) in layout.edges.iter().enumerate() {
             if let Drive::Motion(_) = result.drives[follower - 1].push_pull {
@@ -206,23 +223,16 @@ impl Finder<'_> {
     }
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
-        let assembly = &self.workspace.assembly;
         // A follower that has slid by the robot's length has left it.
-        let inside = assembly.knobs.iter().all(|knob| knob[0].abs() < self.robot.length());
+        let knobs = &self.workspace.assembly.knobs;
+        let inside = knobs.iter().all(|knob| knob[0].abs() < self.robot.length());
         result.status = match (outcome, stable) {
             (Ok(()), _) if !inside => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
             (Ok(()), true) => Status::Converged,
             (Ok(()), false) => Status::Unstable,
             (Err(_), _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
         };
-        let efforts = &result.point.efforts;
-        for (f, state) in result.actuators.iter_mut().enumerate() {
-            let [motion, rotation] = assembly.knobs[f];
-            *state =
-                ActuatorState { motion, rotation, tension: efforts.tension[f], torque: efforts.torque[f] };
-        }
-        result.elastic_energy = assembly.elastic;
-        result.residual = self.workspace.residual.iter().fold(0.0, |m, r| r.abs().max(m));
+        result.read(self.workspace);
     }
 
     /// Applies the command in steps from rest, with steps that halve where Newton's method fails.

@@ -189,6 +189,19 @@ impl Loads {
         scaled
     }
 
+    /// These loads and others at once.
+    #[must_use]
+    pub fn joined(mut self, other: Self) -> Self {
+        self.wrenches.extend(other.wrenches);
+        self.distributed.extend(other.distributed);
+        self.threads.extend(other.threads);
+        self.gravity = match (self.gravity, other.gravity) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+        self
+    }
+
     /// True where every load is the gradient of a potential, so that the tangent is symmetric: no
     /// moments and no follower loads.
     #[must_use]
