@@ -7,6 +7,7 @@ figures=docs/src/figures
 cppr solve robots/r3.toml --pull 5mm --plot $figures/r3.svg
 cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N --plot $figures/childs3.svg
 cppr section robots/r3.toml --plot $figures/sections.svg
+cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 report=$(mktemp -d)
 cppr paper --output "$report/report"
 for name in figure14-r4-consistent figure14-r4-printed figure20-star figure25 differences-factors; do

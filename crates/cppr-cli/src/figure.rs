@@ -123,7 +123,7 @@ fn forces(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<
 }
 
 /// Name and actuation.
-fn title(robot: &Robot, found: &Equilibrium) -> String {
+pub fn title(robot: &Robot, found: &Equilibrium) -> String {
     let mut parts = vec![robot.design().name.clone()];
     for (f, (drive, state)) in found.command.actuators.iter().zip(&found.actuators).enumerate() {
         let tube = f + 2;

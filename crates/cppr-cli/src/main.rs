@@ -6,6 +6,7 @@ mod calibrate;
 mod check;
 mod command;
 mod figure;
+mod limits;
 mod output;
 mod paper;
 mod quantity;
@@ -38,6 +39,9 @@ enum Task {
     /// The equilibrium shape of a robot under actuation and loads.
     #[command(after_help = solve::EXAMPLES)]
     Solve(Box<solve::Args>),
+    /// How far each actuator may go, and what limits it: strain, closing notches, stability.
+    #[command(after_help = limits::EXAMPLES)]
+    Limits(Box<limits::Args>),
     /// Section properties along the tubes.
     #[command(after_help = section::EXAMPLES)]
     Section(section::Args),
@@ -63,6 +67,7 @@ enum Failure {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Solve(args) => solve::run(&args),
+        Task::Limits(args) => limits::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),

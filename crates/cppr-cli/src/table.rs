@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::time::Duration;
 
 /// −0.000 reads as a finding; it is none.
-fn plain(value: f64, digits: usize) -> String {
+pub fn plain(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() {
         text.trim_start_matches('-').into()

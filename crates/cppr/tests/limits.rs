@@ -6,8 +6,11 @@ mod common;
 use common::{converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::stability::stability;
-use cppr::analysis::{Limit, Place, SectionLimit, Shape, Teeth, governing, section_limits};
-use cppr::design::{BelowPlate, Inertia, Outline, TubeDesign};
+use cppr::analysis::{
+    Bound, Freedom, Limit, Place, RangeProblem, SafeRange, SectionLimit, Shape, Teeth, euler_load, governing,
+    notch_capacities, safe_ranges, section_limits,
+};
+use cppr::design::{BelowPlate, Inertia, Outline, Robot, TubeDesign};
 use cppr::solve::{Actuator, Command, Drive, Settings, Workspace};
 use cppr::statics::Loads;
 
@@ -151,4 +154,111 @@ fn what_has_no_fibres_has_no_sections_and_stability_governs() {
     let nearest = governing(&none, Some(margin)).unwrap();
     assert_eq!(nearest.limit, Limit::Stability);
     assert!((nearest.utilisation - (1.0 - margin)).abs() < 1e-15 && margin < 1.0);
+}
+
+/// The prototype with an allowable strain of 1.5 %.
+fn printed(name: &str, factor: f64, below: BelowPlate) -> Robot {
+    let mut design = prototype(name, factor, below).design().clone();
+    for tube in &mut design.tubes {
+        let TubeDesign::Notched(tube) = tube else { unreachable!() };
+        tube.material.allowable_strain = Some(STRAIN);
+    }
+    Robot::new(design).unwrap()
+}
+
+const STRAIN: f64 = 0.015;
+
+#[test]
+fn the_range_of_a_uniform_robot_ends_where_the_closed_form_says() {
+    let robot = printed("R1", 1.27, BelowPlate::Continued);
+    let mut workspace = Workspace::new();
+    let held = Command::held(&robot);
+    let ranges = safe_ranges(&robot, &mut workspace, &held, &Settings::planar(), Teeth::Rigid).unwrap();
+    assert_eq!(ranges.len(), 1, "the planar resolution turns nothing");
+    let (d1, d2) = (section(3e-3, 2e-3, 5e-3).centroid_offset, section(1.5e-3, 0.5e-3, 2e-3).centroid_offset);
+    let sum = 1.27 * (d1 + d2);
+    // K = Δa / (ΣD L), the follower's curvature K / (1 − Δa/L), doubled in the notches. Farthest fibres: the backs.
+    let pulled = STRAIN * sum * LENGTH / (2.0 * (1.5e-3 - d2) + STRAIN * sum);
+    let pushed = -STRAIN * sum * LENGTH / (2.0 * (3e-3 - d1));
+    let range = ranges[0];
+    for (end, value, tube) in [(range.high, pulled, 2), (range.low, pushed, 1)] {
+        assert!((end.value - value).abs() < 2e-9, "{end:?} {value}");
+        let Bound::Limit(nearest) = end.bound else { panic!("{end:?}") };
+        assert_eq!((nearest.limit, nearest.section.unwrap().tube), (Limit::Strain, tube));
+        assert!((nearest.utilisation - 1.0).abs() < 1e-7, "{end:?}");
+    }
+}
+
+#[test]
+fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
+    let robot = printed("R3", 1.26, BelowPlate::Plain);
+    let mut workspace = Workspace::new();
+    let settings = Settings::default();
+    let loads = Loads::tip_force(Vector3::new(0.0, 0.05, 0.1));
+    let held = Command::held(&robot).with_loads(loads);
+    let ranges = safe_ranges(&robot, &mut workspace, &held, &settings, Teeth::Rigid).unwrap();
+    assert_eq!(ranges.len(), 2);
+    let solved = |workspace: &mut Workspace, range: &SafeRange, value: f64| {
+        let mut command = held.clone();
+        let actuator = &mut command.actuators[0];
+        match range.input.freedom {
+            Freedom::PushPull => actuator.push_pull = Drive::Motion(value),
+            Freedom::Rotation => actuator.rotation = Drive::Motion(value),
+        }
+        converged(&robot, workspace, &command, &settings)
+    };
+    for range in &ranges {
+        for end in [range.low, range.high] {
+            // Turning alone bends nothing: nothing is met within a whole turn.
+            let Bound::Limit(nearest) = end.bound else {
+                assert_eq!((end.bound, range.input.freedom), (Bound::Open, Freedom::Rotation));
+                continue;
+            };
+            let mut utilisation = |share: f64| {
+                let found = solved(&mut workspace, range, end.value * share);
+                let sections = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+                let margin = stability(&robot, &mut workspace, &found).unwrap().margin;
+                let nearest = governing(&sections, Some(margin)).unwrap();
+                (nearest.utilisation, nearest.limit)
+            };
+            assert_eq!(utilisation(1.0).1, nearest.limit);
+            assert!((utilisation(1.0).0 - 1.0).abs() < 1e-6, "{range:?}");
+            assert!(utilisation(0.97).0 < 1.0 - 1e-3, "{range:?}");
+        }
+    }
+    // The same limit is met under the force that holds the robot there.
+    let end = ranges[0].high;
+    let tension = solved(&mut workspace, &ranges[0], end.value).actuators[0].tension;
+    let mut driven = held.clone();
+    driven.actuators[0].push_pull = Drive::Effort(0.0);
+    let by_force = safe_ranges(&robot, &mut workspace, &driven, &settings, Teeth::Rigid).unwrap()[0];
+    assert!((by_force.high.value - tension).abs() < 1e-6 * tension, "{by_force:?} {tension}");
+    assert!(!by_force.input.is_motion);
+}
+
+#[test]
+fn an_unsafe_start_has_no_range() {
+    let robot = printed("R1", 1.27, BelowPlate::Plain);
+    let mut workspace = Workspace::new();
+    let far = Command::pull(&[12e-3]);
+    let problem = safe_ranges(&robot, &mut workspace, &far, &Settings::default(), Teeth::Rigid).unwrap_err();
+    let RangeProblem::Exceeded(nearest) = problem else { panic!("{problem:?}") };
+    assert_eq!(nearest.limit, Limit::Strain);
+}
+
+#[test]
+fn capacities_of_a_notch_are_those_of_its_section() {
+    let robot = printed("R1", 1.0, BelowPlate::Plain);
+    let all = notch_capacities(&robot, Teeth::Rigid);
+    assert_eq!(all.len(), 30);
+    let d1 = section(3e-3, 2e-3, 5e-3).centroid_offset;
+    let near = |got: f64, want: f64| assert!((got - want).abs() < 1e-12 * want.abs(), "{got} {want}");
+    near(all[0].closing_curvature, NOTCH / PITCH / (3e-3 + d1));
+    near(all[0].straining_curvature.unwrap(), STRAIN * NOTCH / PITCH / (3e-3 - d1));
+    near(all[0].thinnest_wall, 1e-3);
+    near(all[0].kept_height, 1e-3);
+    near(all[20].abscissa, 55e-3);
+    // EI_Z of both tubes by appendix B; eq 99.
+    let stiffness = 5.39e9 * (section(3e-3, 2e-3, 5e-3).inertia_z + section(1.5e-3, 0.5e-3, 2e-3).inertia_z);
+    near(euler_load(&robot), std::f64::consts::PI.powi(2) * stiffness / (LENGTH * LENGTH));
 }

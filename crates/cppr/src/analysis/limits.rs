@@ -12,6 +12,7 @@
 //! part Y ≤ α that is cut away, ε is the relative change of the gap between two teeth, and −ε the part of the notch's length
 //! that bending has taken up: the **closure**, 1 where the teeth touch. For bending in the plane it is κ_notch (ρ̄ + D).
 
+use super::capacity::concentration;
 use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
@@ -110,12 +111,16 @@ impl SectionLimit {
 pub fn governing(sections: &[SectionLimit], margin: Option<f64>) -> Option<Governing> {
     let stability =
         margin.map(|margin| Governing { limit: Limit::Stability, utilisation: 1.0 - margin, section: None });
-    sections
-        .iter()
-        .filter_map(SectionLimit::governing)
-        .chain(stability)
-        .max_by(|a, b| a.utilisation.total_cmp(&b.utilisation))
+    first_greatest(sections.iter().filter_map(SectionLimit::governing).chain(stability), |g| g.utilisation)
 }
+
+/// The greatest by a value, the first of those that rounding alone tells apart.
+pub fn first_greatest<T>(items: impl Iterator<Item = T>, value: impl Fn(&T) -> f64) -> Option<T> {
+    items.reduce(|best, next| if value(&next) > value(&best) + ROUNDING { next } else { best })
+}
+
+/// Utilisations and strains are numbers about 1 and about 0.01: what differs by less does so by rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Sections at which a tube without known notches is judged, less one.
 const SPACES: u32 = 32;
@@ -207,10 +212,7 @@ impl Judge<'_> {
             (Place::Notch(_), Some(pattern)) if depth > 0.0 => Some(pattern),
             _ => None,
         };
-        let share = match (notch, self.teeth) {
-            (Some(pattern), Teeth::Rigid) => pattern.pitch() / pattern.length,
-            _ => 1.0,
-        };
+        let share = notch.map_or(1.0, |pattern| concentration(pattern, self.teeth));
         let [bend_y, bend_z, stretch] = values.map(|v| share * v);
         // ε = middle + a Y + b Z.
         let (middle, slope) = (stretch + bend_z * offset, [-bend_z, bend_y]);

@@ -1,11 +1,15 @@
 //! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits.
 
+pub mod capacity;
 pub mod continuation;
 pub mod limits;
+pub mod range;
 pub mod sensitivity;
 pub mod shape;
 pub mod stability;
 
-pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, governing, section_limits};
+pub use capacity::{NotchCapacity, euler_load, notch_capacities};
+pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, first_greatest, governing, section_limits};
+pub use range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_ranges};
 pub use sensitivity::{Freedom, Input, Perturbed, Sensitivity, parameter_sensitivity, sensitivity};
 pub use shape::{Section, Shape, TubeSection};

@@ -1,0 +1,404 @@
+//! `cppr limits`: how far each actuator may go, and how near a pose is to the limits of every notch.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::figure;
+use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::table::{millimetres, plain};
+use cppr::analysis::stability::stability;
+use cppr::analysis::{
+    Bound, Freedom, Governing, Input, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth,
+    euler_load, first_greatest, governing, notch_capacities, safe_ranges, section_limits,
+};
+use cppr::design::Robot;
+use cppr::solve::{Equilibrium, Status, Workspace, solve};
+use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr limits robots/r1.toml
+  cppr limits robots/r3.toml --pull 5mm --tip-force 0,0,0.1N
+  cppr limits robots/r4.toml --pull -4mm --plot utilisation.svg --csv notches.csv --json -
+  cppr limits robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm
+
+Each range is that of one actuator while the others and the loads stay as given. The strain counts where the robot
+file has allowable_strain_percent; docs/src/limits.md derives what is computed.";
+
+/// Arguments of `cppr limits`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    #[command(flatten)]
+    command: CommandArgs,
+    /// Let the teeth bend as the notches do: the least strain and closure there can be
+    #[arg(long)]
+    bending_teeth: bool,
+    /// Write ranges, notches and the pose, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write every notch of the pose, - for standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw the utilisation along the robot, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+/// Strains below this are rounding.
+const STRAIGHT: f64 = 1e-12;
+
+/// Everything that is written.
+struct Report {
+    robot: Robot,
+    teeth: Teeth,
+    found: Equilibrium,
+    sections: Vec<SectionLimit>,
+    margin: Option<f64>,
+    ranges: Result<Vec<SafeRange>, String>,
+    notches: Vec<NotchCapacity>,
+}
+
+/// Computes, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
+    output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
+    let (_, robot) = read_robot(&args.robot)?;
+    let command = args.command.command(&robot)?;
+    let settings = args.command.settings();
+    let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
+    let mut workspace = Workspace::new();
+    let found =
+        solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
+    if !found.status.is_equilibrium() {
+        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+    }
+    let sections = section_limits(&robot, &mut workspace, &found, teeth);
+    let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
+    let ranges = safe_ranges(&robot, &mut workspace, &command, &settings, teeth).map_err(|p| p.to_string());
+    let notches = notch_capacities(&robot, teeth);
+    let report = Report { robot, teeth, found, sections, margin, ranges, notches };
+    if (csv.is_some() || plot.is_some()) && report.sections.is_empty() {
+        return Err(Failure::Input(
+            "the tubes of this robot are given by their stiffness and have no fibres to judge; --csv and --plot \
+             need radii and notches in its file"
+                .into(),
+        ));
+    }
+    if let Some(path) = json {
+        write_or_print(path, &format!("{:#}\n", report.json()))?;
+    }
+    if let Some(path) = csv {
+        write_or_print(path, &report.csv())?;
+    }
+    if let (Some(path), Some(format)) = (&args.plot, plot) {
+        figure::write(path, format, &report.figure()?)?;
+    }
+    let text = report.table();
+    if [json, csv].into_iter().flatten().any(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
+}
+
+/// Number and unit of an input's value for people.
+fn shown(input: Input, value: f64) -> String {
+    let (number, unit) = match (input.freedom, input.is_motion) {
+        (Freedom::PushPull, true) => (value * 1e3, "mm"),
+        (Freedom::PushPull, false) => (value, "N"),
+        (Freedom::Rotation, true) => (value.to_degrees(), "deg"),
+        (Freedom::Rotation, false) => (value * 1e3, "N mm"),
+    };
+    format!("{:>9} {unit}", plain(number, 3))
+}
+
+/// What the value of an input is called.
+fn name(input: Input) -> &'static str {
+    match (input.freedom, input.is_motion) {
+        (Freedom::PushPull, true) => "pull",
+        (Freedom::PushPull, false) => "tension",
+        (Freedom::Rotation, true) => "rotate",
+        (Freedom::Rotation, false) => "torque",
+    }
+}
+
+fn place(section: &SectionLimit) -> String {
+    let x = plain(section.abscissa * 1e3, 1);
+    match section.place {
+        Place::Notch(number) => format!("tube {} notch {number} (x = {x} mm)", section.tube),
+        Place::Section => format!("tube {} at x = {x} mm", section.tube),
+        Place::Uncut => format!("tube {}, uncut part at x = {x} mm", section.tube),
+    }
+}
+
+fn limit(limit: Limit) -> &'static str {
+    match limit {
+        Limit::Strain => "strain",
+        Limit::Closure => "closure",
+        Limit::Stability => "stability",
+    }
+}
+
+fn bound(end: &RangeEnd) -> String {
+    match end.bound {
+        Bound::Limit(Governing { limit: kind, section: Some(section), .. }) => {
+            format!("{}, {}", limit(kind), place(&section))
+        }
+        Bound::Limit(Governing { limit: kind, .. }) => limit(kind).into(),
+        Bound::BranchEnds => "no equilibrium beyond that continues this one".into(),
+        Bound::Open => "nothing met up to here".into(),
+    }
+}
+
+impl Report {
+    /// The worst section of a tube.
+    fn worst(
+        &self,
+        tube: usize,
+        value: impl Fn(&SectionLimit) -> Option<f64>,
+    ) -> Option<(f64, &SectionLimit)> {
+        let own = self.sections.iter().filter(|s| s.tube == tube);
+        first_greatest(own.filter_map(|s| value(s).map(|v| (v, s))), |pair| pair.0)
+    }
+
+    fn table(&self) -> String {
+        let mut text = String::new();
+        let teeth = match self.teeth {
+            Teeth::Rigid => "rigid teeth: the notches take all bending",
+            Teeth::Bending => "teeth bend as the notches do",
+        };
+        let design = self.robot.design();
+        let _ = writeln!(text, "{}: {} mm, {teeth}", design.name, millimetres(self.robot.length()));
+        self.ranges_table(&mut text);
+        self.pose_table(&mut text);
+        self.notches_table(&mut text);
+        text
+    }
+
+    fn ranges_table(&self, text: &mut String) {
+        match &self.ranges {
+            Err(why) => {
+                let _ = writeln!(text, "  no safe range: {why}");
+            }
+            Ok(ranges) if ranges.is_empty() => {
+                let _ = writeln!(text, "  nothing to actuate");
+            }
+            Ok(ranges) => {
+                let _ = writeln!(text, "  safe range of each actuator, the others as given");
+                for range in ranges {
+                    for (which, end) in [("from", &range.low), ("to", &range.high)] {
+                        let head = if which == "from" {
+                            format!("tube {} {}", range.input.tube, name(range.input))
+                        } else {
+                            String::new()
+                        };
+                        let value = shown(range.input, end.value);
+                        let _ = writeln!(text, "    {head:<16}{which:<5}{value:<16}{}", bound(end));
+                    }
+                }
+            }
+        }
+    }
+
+    fn pose_table(&self, text: &mut String) {
+        let _ = writeln!(text, "  at this pose");
+        let mut line = |head: &str, value: String, unit: &str, rest: String| {
+            let _ = writeln!(text, "    {head:<16}{value:>9} {unit:<4}{rest}");
+        };
+        let straight = self.sections.iter().all(|s| s.strain.abs() < STRAIGHT);
+        for tube in 1..=self.robot.tube_count() {
+            if straight {
+                break;
+            }
+            if let Some((strain, section)) = self.worst(tube, |s| Some(s.strain.abs())) {
+                let used = section.strain_utilisation().map_or("no allowable strain given".into(), |u| {
+                    format!("{:.1} % of what is allowed", 100.0 * u)
+                });
+                let value = plain(strain.copysign(section.strain) * 100.0, 4);
+                line(&format!("tube {tube} strain"), value, "%", format!("{used}, {}", place(section)));
+            }
+            if let Some((closure, section)) = self.worst(tube, |s| s.closure) {
+                let gap =
+                    section.gap.map_or(String::new(), |gap| format!("{} mm left, ", plain(gap * 1e3, 3)));
+                let value = plain(closure * 100.0, 4);
+                line(&format!("tube {tube} closure"), value, "%", gap + &place(section));
+            }
+        }
+        if let Some(margin) = self.margin {
+            line("margin", plain(margin, 4), "", "1 at rest, 0 where it snaps".into());
+        }
+        for (f, actuator) in self.found.actuators.iter().enumerate() {
+            let times = plain(actuator.tension.abs() / euler_load(&self.robot), 2);
+            let rest = format!("{times} times Euler's load (eq 99; guided tubes bear more)");
+            line(&format!("tube {} tension", f + 2), plain(actuator.tension, 4), "N", rest);
+        }
+        if self.found.status == Status::Unstable {
+            line("warning", String::new(), "", "this equilibrium is unstable".into());
+        }
+    }
+
+    /// Least values over each tube's notches.
+    fn notches_table(&self, text: &mut String) {
+        for tube in 1..=self.robot.tube_count() {
+            let least = |value: fn(&NotchCapacity) -> f64| {
+                let own = self.notches.iter().filter(|n| n.tube == tube);
+                own.min_by(|a, b| value(a).total_cmp(&value(b)))
+            };
+            let (Some(wall), Some(height), Some(closing)) =
+                (least(|n| n.thinnest_wall), least(|n| n.kept_height), least(|n| n.closing_curvature))
+            else {
+                continue;
+            };
+            let strain = least(|n| n.straining_curvature.unwrap_or(f64::INFINITY))
+                .and_then(|n| n.straining_curvature)
+                .map_or(String::new(), |k| format!(", strain is allowed to {} 1/m", plain(k, 2)));
+            let _ = writeln!(
+                text,
+                "  tube {tube}, all notches: wall from {} mm, height from {} mm; in the plane teeth touch at {} 1/m{strain}",
+                plain(wall.thinnest_wall * 1e3, 3),
+                plain(height.kept_height * 1e3, 3),
+                plain(closing.closing_curvature, 2)
+            );
+        }
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from(
+            "tube,place,notch,x_m,label_m,curvature_y_1_m,curvature_z_1_m,strain,allowable_strain,closure,gap_m\n",
+        );
+        let cell = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+        for s in &self.sections {
+            let (place, notch) = kind(s.place);
+            let notch = notch.map_or(String::new(), |n| n.to_string());
+            let [y, z] = s.curvature;
+            let _ = writeln!(
+                text,
+                "{},{place},{notch},{},{},{y},{z},{},{},{},{}",
+                s.tube,
+                s.abscissa,
+                s.label,
+                s.strain,
+                cell(s.allowable_strain),
+                cell(s.closure),
+                cell(s.gap)
+            );
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let ranges = match &self.ranges {
+            Ok(ranges) => ranges.iter().map(range_json).collect(),
+            Err(why) => json!({ "none_because": why }),
+        };
+        let notches: Vec<Value> = self
+            .notches
+            .iter()
+            .map(|n| {
+                json!({
+                    "tube": n.tube, "notch": n.number, "x_m": n.abscissa, "depth_m": n.depth,
+                    "thinnest_wall_m": n.thinnest_wall, "kept_height_m": n.kept_height,
+                    "closing_curvature_1_m": n.closing_curvature,
+                    "straining_curvature_1_m": n.straining_curvature,
+                })
+            })
+            .collect();
+        let status = if self.found.status == Status::Unstable { "unstable" } else { "converged" };
+        json!({
+            "schema": "cppr/limits", "schema_version": 1, "robot": self.robot.design().name,
+            "teeth": match self.teeth { Teeth::Rigid => "rigid", Teeth::Bending => "bending" },
+            "euler_load_N": euler_load(&self.robot), "notches": notches, "ranges": ranges,
+            "pose": {
+                "status": status, "margin_to_instability": self.margin,
+                "tensions_N": self.found.actuators.iter().map(|a| a.tension).collect::<Vec<_>>(),
+                "governing": governing(&self.sections, self.margin).map(|g| governing_json(&g)),
+                "sections": self.sections.iter().map(section_json).collect::<Vec<_>>(),
+            },
+        })
+    }
+
+    fn figure(&self) -> Result<cppr_plot::Figure, Failure> {
+        let allowed = self.sections.iter().all(|s| s.allowable_strain.is_some());
+        let strain =
+            |s: &SectionLimit| Some(if allowed { s.strain_utilisation()? } else { s.strain.abs() } * 100.0);
+        let closure = |s: &SectionLimit| s.closure.map(|c| 100.0 * c);
+        let label = if allowed { "strain / allowable" } else { "strain" };
+        let quantities = [(label, &strain as &dyn Fn(&SectionLimit) -> Option<f64>), ("closure", &closure)]
+            .into_iter()
+            .map(|(label, value)| Quantity {
+                label: label.into(),
+                unit: "%".into(),
+                include_zero: true,
+                curves: (1..=self.robot.tube_count())
+                    .flat_map(|tube| [true, false].map(|uncut| self.curve(tube, uncut, value)))
+                    .flatten()
+                    .collect(),
+            })
+            .filter(|quantity| !quantity.curves.is_empty())
+            .collect();
+        let title = figure::title(&self.robot, &self.found);
+        let input = ProfileInput { title, x_label: "X".into(), quantities };
+        profile_figure(&input).map_err(|e| figure::plot_failure(&e))
+    }
+
+    /// A value along one tube, over the label that its sections face.
+    fn curve(
+        &self,
+        tube: usize,
+        uncut: bool,
+        value: &dyn Fn(&SectionLimit) -> Option<f64>,
+    ) -> Option<ProfileCurve> {
+        let own = self.sections.iter().filter(|s| s.tube == tube && (s.place == Place::Uncut) == uncut);
+        let (x_m, values): (Vec<f64>, Vec<f64>) = own.filter_map(|s| Some((s.label, value(s)?))).unzip();
+        (values.len() > 1).then(|| ProfileCurve { name: format!("tube {tube}"), tube, x_m, values })
+    }
+}
+
+fn kind(place: Place) -> (&'static str, Option<i32>) {
+    match place {
+        Place::Notch(number) => ("notch", Some(number)),
+        Place::Section => ("section", None),
+        Place::Uncut => ("uncut", None),
+    }
+}
+
+fn section_json(s: &SectionLimit) -> Value {
+    let (place, notch) = kind(s.place);
+    json!({
+        "tube": s.tube, "place": place, "notch": notch, "x_m": s.abscissa, "label_m": s.label,
+        "curvature_y_1_m": s.curvature[0], "curvature_z_1_m": s.curvature[1], "strain": s.strain,
+        "allowable_strain": s.allowable_strain, "closure": s.closure, "gap_m": s.gap,
+    })
+}
+
+fn governing_json(g: &Governing) -> Value {
+    json!({ "limit": limit(g.limit), "utilisation": g.utilisation, "section": g.section.as_ref().map(section_json) })
+}
+
+fn range_json(range: &SafeRange) -> Value {
+    let unit = match (range.input.freedom, range.input.is_motion) {
+        (Freedom::PushPull, true) => "m",
+        (Freedom::PushPull, false) => "N",
+        (Freedom::Rotation, true) => "rad",
+        (Freedom::Rotation, false) => "Nm",
+    };
+    let end = |end: &RangeEnd| {
+        let (why, governing) = match end.bound {
+            Bound::Limit(g) => (limit(g.limit), Some(governing_json(&g))),
+            Bound::BranchEnds => ("branch_ends", None),
+            Bound::Open => ("open", None),
+        };
+        json!({ "value": end.value, "bound": why, "governing": governing })
+    };
+    json!({
+        "tube": range.input.tube, "actuator": name(range.input), "unit": unit, "start": range.start,
+        "low": end(&range.low), "high": end(&range.high),
+    })
+}

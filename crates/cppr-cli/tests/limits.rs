@@ -1,0 +1,59 @@
+//! `cppr limits` as a user meets it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cppr(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(root).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn the_ends_of_a_range_are_where_the_pose_says_the_limit_is_reached() {
+    let limits = |arguments: &[&str]| -> Value {
+        let output = cppr(&[&["limits", "robots/r4.toml", "--json", "-"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let rest = limits(&[]);
+    let (ranges, notches) = (rest["ranges"].as_array().unwrap(), rest["notches"].as_array().unwrap());
+    assert_eq!((ranges.len(), notches.len()), (2, 30));
+    for end in ["low", "high"] {
+        assert_eq!(ranges[0][end]["bound"], "strain");
+        let value = ranges[0][end]["value"].as_f64().unwrap();
+        let there = limits(&["--pull", &format!("{value}m")]);
+        let (pose, said) = (&there["pose"]["governing"], &ranges[0][end]["governing"]);
+        assert!((pose["utilisation"].as_f64().unwrap() - 1.0).abs() < 1e-6, "{pose}");
+        for key in ["tube", "notch"] {
+            assert_eq!(pose["section"][key], said["section"][key]);
+        }
+    }
+}
+
+#[test]
+fn every_notch_of_the_pose_is_a_row() {
+    let csv = text(&cppr(&["limits", "robots/r3.toml", "--pull", "5mm", "--csv", "-"]).stdout);
+    let mut lines = csv.lines();
+    let columns = lines.next().unwrap().split(',').count();
+    let rows: Vec<&str> = lines.collect();
+    // All of the leader's; the follower's first notch has just left with its middle.
+    assert!((29..=30).contains(&rows.len()), "{}", rows.len());
+    assert!(rows.iter().all(|row| row.split(',').count() == columns && row.contains("notch")));
+}
+
+#[test]
+fn what_cannot_be_judged_is_said() {
+    let stiff = cppr(&["limits", "robots/childs3.toml", "--csv", "-"]);
+    assert_eq!(stiff.status.code(), Some(2));
+    assert!(text(&stiff.stderr).contains("given by their stiffness"));
+    let beyond = cppr(&["limits", "robots/r1.toml", "--pull", "12mm"]);
+    assert!(text(&beyond.stdout).contains("no safe range: a limit is exceeded already"));
+    let none = cppr(&["limits", "robots/r1.toml", "--tension", "1e6N"]);
+    assert_eq!(none.status.code(), Some(3), "{}", text(&none.stderr));
+}

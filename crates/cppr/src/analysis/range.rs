@@ -1,0 +1,272 @@
+//! How far each actuator may go, from a given state, and what ends its range first.
+//!
+//! One input is walked away from the given command while all others and the loads stay. Every step starts at the
+//! equilibrium before it and is halved until the tip moves by little, so that the walk stays on its branch. The walk ends where
+//! a limit is reached (`limits`, and the margin to instability), or where the branch does. The end is then bracketed, and
+//! found by regula falsi (Illinois) on the utilisation less one, or by bisection where there is no equilibrium to take it from. A limit that
+//! is exceeded for less than a step of the walk and then kept again is not seen.
+
+use super::limits::{Governing, SectionLimit, Teeth, governing, section_limits};
+use super::sensitivity::{Freedom, Input};
+use super::shape::tip_pose;
+use super::stability::stability;
+use crate::design::Robot;
+use crate::solve::{
+    Command, CommandProblem, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from,
+};
+use nalgebra::Vector3;
+
+/// Why an actuator goes no further.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// A limit is reached.
+    Limit(Governing),
+    /// The branch of equilibria ends: the robot folds, snaps or collapses.
+    BranchEnds,
+    /// Nothing was met as far as the search went.
+    Open,
+}
+
+/// One end of a range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeEnd {
+    /// Last safe value (m, rad, N or N m).
+    pub value: f64,
+    /// What lies there.
+    pub bound: Bound,
+}
+
+/// Values that one input may take while everything else stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafeRange {
+    /// Which input.
+    pub input: Input,
+    /// Its value in the given command.
+    pub start: f64,
+    /// Towards lesser values: pushed further, turned left.
+    pub low: RangeEnd,
+    /// Towards greater values.
+    pub high: RangeEnd,
+}
+
+/// A state that cannot be the middle of a safe range.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RangeProblem {
+    /// The command cannot be asked of the robot.
+    Command(CommandProblem),
+    /// There is no stable equilibrium under the command.
+    NoEquilibrium(Status),
+    /// A limit is exceeded there already.
+    Exceeded(Governing),
+}
+
+impl std::fmt::Display for RangeProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Command(problem) => problem.fmt(f),
+            Self::NoEquilibrium(status) => status.fmt(f),
+            Self::Exceeded(nearest) => {
+                write!(f, "a limit is exceeded already: {:.1} % of it are used", 100.0 * nearest.utilisation)
+            }
+        }
+    }
+}
+
+impl std::error::Error for RangeProblem {}
+
+/// Parts of the search's extent: first step, longest step, and how sharply an end is found.
+const FIRST: f64 = 1.0 / 200.0;
+const LONGEST: f64 = 1.0 / 40.0;
+const SHARP: f64 = 1e-9;
+/// Bisection and halving of steps stop here.
+const SHORTEST: f64 = 1e-6;
+/// The tip moves by at most this part of the length in one step.
+const NEAR: f64 = 0.05;
+/// Part of the length that a follower may slide.
+const STROKE: f64 = 0.9;
+/// Turns that a follower is followed through, to each side.
+const TURNS: f64 = 2.0 * std::f64::consts::PI;
+/// Bend of the whole robot (rad) that efforts are followed up to, if bending and twist were linear in them.
+const BEND: f64 = 20.0;
+
+/// Safe ranges of all inputs about a command, push-pull and rotation of tube 2, then of tube 3, …
+///
+/// # Errors
+/// Where the command itself is not safe.
+pub fn safe_ranges(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    teeth: Teeth,
+) -> Result<Vec<SafeRange>, RangeProblem> {
+    let start = solve(robot, workspace, command, settings).map_err(RangeProblem::Command)?;
+    if start.status != Status::Converged {
+        return Err(RangeProblem::NoEquilibrium(start.status));
+    }
+    let mut walk = Walk { robot, workspace, settings, teeth };
+    let start = walk.state(start);
+    if let Some(nearest) = start.nearest
+        && nearest.utilisation >= 1.0
+    {
+        return Err(RangeProblem::Exceeded(nearest));
+    }
+    let mut ranges = Vec::new();
+    for (follower, actuator) in command.actuators.iter().enumerate() {
+        for (freedom, drive) in
+            [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
+        {
+            if freedom == Freedom::Rotation && settings.resolution.angle == 0 {
+                continue;
+            }
+            let is_motion = matches!(drive, Drive::Motion(_));
+            let input = Input { tube: follower + 2, freedom, is_motion };
+            let [low, high] = [-1.0, 1.0].map(|side| walk.end(&start, input, side));
+            ranges.push(SafeRange { input, start: drive.value(), low, high });
+        }
+    }
+    Ok(ranges)
+}
+
+/// The command with one input at another value.
+pub(crate) fn with_input(command: &Command, input: Input, value: f64) -> Command {
+    let mut command = command.clone();
+    let actuator = &mut command.actuators[input.tube - 2];
+    let drive = match input.freedom {
+        Freedom::PushPull => &mut actuator.push_pull,
+        Freedom::Rotation => &mut actuator.rotation,
+    };
+    *drive = if input.is_motion { Drive::Motion(value) } else { Drive::Effort(value) };
+    command
+}
+
+/// An equilibrium with what a walk wants to know of it.
+struct State {
+    found: Equilibrium,
+    tip: Vector3<f64>,
+    nearest: Option<Governing>,
+}
+
+impl State {
+    /// Utilisation less one: negative where the state is safe.
+    fn excess(&self) -> f64 {
+        self.nearest.map_or(-1.0, |g| g.utilisation - 1.0)
+    }
+}
+
+struct Walk<'a> {
+    robot: &'a Robot,
+    workspace: &'a mut Workspace,
+    settings: &'a Settings,
+    teeth: Teeth,
+}
+
+impl Walk<'_> {
+    fn state(&mut self, found: Equilibrium) -> State {
+        let sections: Vec<SectionLimit> = section_limits(self.robot, self.workspace, &found, self.teeth);
+        let margin = stability(self.robot, self.workspace, &found).map(|s| s.margin);
+        let (_, tip) = tip_pose(self.robot, self.workspace, &found);
+        State { nearest: governing(&sections, margin), found, tip }
+    }
+
+    /// The state at a value, if it continues the one given.
+    fn next(&mut self, from: &State, input: Input, value: f64) -> Option<State> {
+        let command = with_input(&from.found.command, input, value);
+        let found = solve_from(self.robot, self.workspace, &command, self.settings, &from.found).ok()?;
+        // Load stepping starts at rest and may come out on another branch.
+        if !found.status.is_equilibrium() || found.statistics.load_steps > 0 {
+            return None;
+        }
+        let state = self.state(found);
+        ((state.tip - from.tip).norm() <= NEAR * self.robot.length()).then_some(state)
+    }
+
+    fn extent(&self, input: Input) -> f64 {
+        let (robot, length) = (self.robot, self.robot.length());
+        let middle = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length));
+        match (input.freedom, input.is_motion) {
+            (Freedom::PushPull, true) => STROKE * length,
+            (Freedom::Rotation, true) => TURNS,
+            (Freedom::PushPull, false) => {
+                let (stiffness, lever) = middle.fold((0.0, f64::MIN_POSITIVE), |(stiffness, lever), f| {
+                    (stiffness + f.bending_z, f64::max(lever, f.centroid_offset))
+                });
+                BEND * stiffness / (length * lever)
+            }
+            (Freedom::Rotation, false) => BEND * middle.map(|f| f.torsion).sum::<f64>() / length,
+        }
+    }
+
+    fn end(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
+        let extent = self.extent(input);
+        let first = value(&start.found.command, input);
+        // A follower stays within its stroke, wherever it started.
+        let last = if input.freedom == Freedom::PushPull && input.is_motion {
+            side * extent
+        } else {
+            first + side * extent
+        };
+        let mut here = State { found: start.found.clone(), ..*start };
+        let (mut at, mut step) = (first, FIRST * extent);
+        loop {
+            if side * (last - at) <= 0.0 {
+                return RangeEnd { value: at, bound: Bound::Open };
+            }
+            let to = at + side * step.min(side * (last - at));
+            match self.next(&here, input, to) {
+                Some(state) if state.excess() < 0.0 => {
+                    (here, at) = (state, to);
+                    step = (1.5 * step).min(LONGEST * extent);
+                }
+                Some(state) => return self.refine(here, (at, to), state.excess(), input, extent),
+                None if step > SHORTEST * extent => step *= 0.5,
+                None => return RangeEnd { value: at, bound: Bound::BranchEnds },
+            }
+        }
+    }
+
+    /// The crossing of a limit between a safe value and one with the given excess.
+    fn refine(
+        &mut self,
+        safe: State,
+        (mut low, mut high): (f64, f64),
+        mut above: f64,
+        input: Input,
+        extent: f64,
+    ) -> RangeEnd {
+        let mut here = safe;
+        let mut below = here.excess();
+        let mut nearest = here.nearest;
+        // Which end moved last.
+        let mut moved = None;
+        while (high - low).abs() > SHARP * extent && here.excess() < -SHARP {
+            let share = (below / (below - above)).clamp(0.01, 0.99);
+            let to = low + share * (high - low);
+            let Some(state) = self.next(&here, input, to) else {
+                return RangeEnd { value: low, bound: Bound::BranchEnds };
+            };
+            let excess = state.excess();
+            let safe = excess < 0.0;
+            // Illinois: an end that stays for the second time counts for half.
+            let stays = if moved == Some(safe) { 0.5 } else { 1.0 };
+            moved = Some(safe);
+            nearest = state.nearest;
+            if safe {
+                (low, below, here) = (to, excess, state);
+                above *= stays;
+            } else {
+                (high, above) = (to, excess);
+                below *= stays;
+            }
+        }
+        RangeEnd { value: low, bound: nearest.map_or(Bound::Open, Bound::Limit) }
+    }
+}
+
+fn value(command: &Command, input: Input) -> f64 {
+    let actuator = &command.actuators[input.tube - 2];
+    match input.freedom {
+        Freedom::PushPull => actuator.push_pull.value(),
+        Freedom::Rotation => actuator.rotation.value(),
+    }
+}
