@@ -10,7 +10,7 @@ cppr section robots/r3.toml --plot $figures/sections.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 report=$(mktemp -d)
 cppr paper --output "$report/report"
-for name in figure14-r4-consistent figure14-r4-printed figure20-star figure25 differences-factors; do
+for name in figure14-r4-consistent figure14-r4-printed figure20-star figure25 differences-factors differences-stiffness; do
     cp "$report/report/$name.svg" $figures/
 done
 rm -r "$report"

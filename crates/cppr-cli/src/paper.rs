@@ -44,17 +44,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let jobs: Vec<Job> =
         jobs.into_iter().filter(|j| args.only.is_empty() || args.only.iter().any(|n| n == j.name)).collect();
-    let occupied = args.output.is_file()
-        || fs::read_dir(&args.output)
-            .is_ok_and(|mut list| !args.output.join("report.html").exists() && list.next().is_some());
-    if occupied {
-        let message =
-            format!("{}: is not empty and not an earlier report; give another folder", args.output.display());
-        return Err(Failure::Input(message));
-    }
+    let target = place(&args.output)?;
     let start = Instant::now();
     let pages = compute(&jobs).map_err(|e| Failure::NoEquilibrium(e.to_string()))?;
-    write(&args.output, &pages)?;
+    write(&target, &pages)?;
     print(&format!(
         "{}: {} pages, {} figures, {:.1} s\n",
         args.output.join("report.html").display(),
@@ -93,29 +86,73 @@ fn compute(jobs: &[Job]) -> Result<Vec<Page>, PaperError> {
     done.into_inner().unwrap_or_default().into_iter().flatten().collect()
 }
 
-/// Into a folder beside the target first.
+/// The folder to write, found out before anything is computed: its parent is there and can be written, and what it
+/// holds, if it is there, is an earlier report and nothing else.
+fn place(output: &Path) -> Result<PathBuf, Failure> {
+    let refuse = |what: String| Failure::Input(format!("--output {}: {what}", output.display()));
+    // An existing folder by its real name: `.` has no parent to work in.
+    let target = fs::canonicalize(output).unwrap_or_else(|_| output.into());
+    if target.is_file() {
+        return Err(refuse("this is a file; give a folder".into()));
+    }
+    if let Ok(list) = fs::read_dir(&target) {
+        let names: Vec<String> =
+            list.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        if let Some(other) = names.iter().find(|name| !is_ours(name)) {
+            let message = format!("holds {other}, which is not of an earlier report; give another folder");
+            return Err(refuse(message));
+        }
+    }
+    let folder = parent(&target);
+    if !folder.is_dir() {
+        return Err(refuse(format!("there is no folder {}; make it first", folder.display())));
+    }
+    tempfile::tempdir_in(&folder)
+        .map_err(|e| refuse(format!("nothing can be written in {}: {e}", folder.display())))?;
+    Ok(target)
+}
+
+fn parent(target: &Path) -> PathBuf {
+    match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.into(),
+        _ => ".".into(),
+    }
+}
+
+/// Files that a report consists of.
+fn is_ours(name: &str) -> bool {
+    let figure = name.strip_suffix(".svg").or(name.strip_suffix(".png"));
+    matches!(name, "report.html" | "numbers.json")
+        || figure.is_some_and(|figure| pages().iter().any(|job| figure.starts_with(job.name)))
+}
+
+/// Everything is made first, then written into a folder beside the target, which takes the target's place in the end.
 fn write(target: &Path, pages: &[Page]) -> Result<(), Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::Input(format!("{}: {error}", target.display()));
-    let parent = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let folder = tempfile::Builder::new().prefix(".cppr-").tempdir_in(parent).map_err(|e| failed(&e))?;
-    let put = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).map_err(|e| failed(&e));
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     let mut numbers = serde_json::Map::new();
     for page in pages {
         for (name, _, figure) in &page.figures {
-            put(&format!("{name}.svg"), figure.to_svg().map_err(|e| failed(&e))?.as_bytes())?;
-            put(&format!("{name}.png"), &figure.to_png(PIXELS).map_err(|e| failed(&e))?)?;
+            files.push((format!("{name}.svg"), figure.to_svg().map_err(|e| failed(&e))?.into_bytes()));
+            files.push((format!("{name}.png"), figure.to_png(PIXELS).map_err(|e| failed(&e))?));
         }
         let own: serde_json::Map<String, serde_json::Value> =
             page.numbers.iter().map(|(key, value)| (key.clone(), (*value).into())).collect();
         numbers.insert(page.name.clone(), own.into());
     }
-    put("numbers.json", format!("{:#}\n", serde_json::Value::Object(numbers)).as_bytes())?;
-    put("report.html", html(pages).map_err(|e| failed(&e))?.as_bytes())?;
+    let numbers = format!("{:#}\n", serde_json::Value::Object(numbers));
+    files.push(("numbers.json".into(), numbers.into_bytes()));
+    files.push(("report.html".into(), html(pages).map_err(|e| failed(&e))?.into_bytes()));
+
+    let beside = || tempfile::Builder::new().prefix(".cppr-").tempdir_in(parent(target));
+    let folder = beside().map_err(|e| failed(&e))?;
+    for (name, bytes) in &files {
+        fs::write(folder.path().join(name), bytes).map_err(|e| failed(&e))?;
+    }
+    // The earlier report, if any, goes only when the new one is whole.
+    let earlier = beside().map_err(|e| failed(&e))?;
     if target.exists() {
-        fs::remove_dir_all(target).map_err(|e| failed(&e))?;
+        fs::rename(target, earlier.path().join("earlier")).map_err(|e| failed(&e))?;
     }
     let whole = folder.keep();
     #[cfg(unix)]

@@ -489,7 +489,16 @@ fn paper_writes_a_folder_whole_or_refuses_it() {
     }
     let other = cppr_in(folder.path(), &["paper", "--only", "table1", "--output", "robots"]);
     assert_eq!(other.status.code(), Some(2));
-    assert!(text(&other.stderr).contains("not an earlier report"));
+    assert!(text(&other.stderr).contains("not of an earlier report"));
     assert!(root().join("robots/r1.toml").exists());
+    // Somebody's file beside the figures is not swept away with them.
+    std::fs::write(folder.path().join("report/notes.txt"), "mine").unwrap();
+    assert_eq!(cppr_in(folder.path(), &paper).status.code(), Some(2));
+    assert!(folder.path().join("report/notes.txt").exists());
+    let nowhere = cppr_in(folder.path(), &["paper", "--only", "table1", "--output", "a/b"]);
+    assert!(text(&nowhere.stderr).contains("there is no folder a; make it first"));
+    let hidden = |entry: &std::fs::DirEntry| entry.file_name().to_string_lossy().starts_with('.');
+    let left = std::fs::read_dir(folder.path()).unwrap().map(Result::unwrap).filter(hidden).count();
+    assert_eq!(left, 0, "a folder on the way was left behind");
     refused(&["paper", "--only", "figure99", "--output", "x"], "there is no page figure99");
 }

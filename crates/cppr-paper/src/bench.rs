@@ -136,6 +136,18 @@ pub fn actuated(pull_mm: f64, rotation_deg: f64) -> Command {
     Command { actuators: vec![actuator], ..Command::pull(&[]) }
 }
 
+/// Pulled by Δa (mm), followed from rest in steps of about 1 mm: stays on one branch where there are several.
+pub fn followed(robot: &Robot, pull: f64, settings: &Settings) -> Result<Solved, PaperError> {
+    let steps = pull.abs().ceil().max(1.0);
+    let mut state = solved(robot, &actuated(pull / steps, 0.0), settings)?;
+    let mut at = 1.0;
+    while at < steps {
+        at += 1.0;
+        state = solved_from(robot, &actuated(pull * at / steps, 0.0), settings, Some(&state.found))?;
+    }
+    Ok(state)
+}
+
 /// Centroid lines of a shape, with the centreline where wanted.
 pub fn lines(shape: &Shape, tubes_only: bool) -> Vec<Line> {
     let count = shape.sections.first().map_or(0, |s| s.tubes.len());
@@ -163,6 +175,13 @@ pub fn family(
     colouring: Colouring,
 ) -> Result<Figure, PaperError> {
     let input = ShapeInput { title: title.into(), poses, colouring, ..ShapeInput::default() };
+    Ok(shape_figure(&input)?)
+}
+
+/// A figure of several poses over the unloaded shapes at the same motions.
+pub fn loaded_family(title: String, poses: Vec<Pose>, unloaded: Vec<Line>) -> Result<Figure, PaperError> {
+    let rest_name = "without load".into();
+    let input = ShapeInput { title, poses, rest: unloaded, rest_name, ..ShapeInput::default() };
     Ok(shape_figure(&input)?)
 }
 

@@ -4,7 +4,7 @@ use crate::bench::{
     actuated, build, consistent, design, distance, printed_plane, robot, solved, with_factor,
 };
 use crate::page::{Page, cell};
-use crate::{PaperError, Scenario};
+use crate::{PaperError, Scenario, printed};
 use cppr::Vector3;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::kinematics::Resolution;
@@ -40,7 +40,10 @@ fn held_below(mut design: RobotDesign) -> RobotDesign {
 pub fn differences(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     brute_force(page)?;
     factors(scenario, page)?;
-    far(page)?;
+    printed::far(page)?;
+    printed::tension(page)?;
+    printed::stiffness(page)?;
+    printed::modes(page)?;
     stretch(page)?;
     misprints(page);
     Ok(())
@@ -163,39 +166,6 @@ fn lowest(curve: &[[f64; 2]]) -> [f64; 2] {
     let shift = if bend > 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
     let least = (here - 0.25 * (before - after) * shift).max(0.0);
     [curve[i][0] + shift * (curve[i][0] - curve[i - 1][0]), least.sqrt()]
-}
-
-/// Both formulations to 20 mm.
-fn far(page: &mut Page) -> Result<(), PaperError> {
-    let mut curves = Vec::new();
-    for name in ["r3", "r4"] {
-        let robot = robot(name)?;
-        let title = robot.design().name.clone();
-        for (which, settings) in [("consistent", consistent()), ("printed", printed_plane())] {
-            let mut points = Vec::new();
-            let mut ended = None;
-            for i in 1..=40 {
-                let pull = 0.5 * f64::from(i);
-                let Ok(state) = solved(&robot, &actuated(pull, 0.0), &settings) else {
-                    ended = Some(pull);
-                    break;
-                };
-                points.push([pull, state.tension()]);
-            }
-            page.number(format!("{name}/{which}/solved_to_mm"), points.last().map_or(0.0, |p| p[0]));
-            if let Some(pull) = ended {
-                page.text.push(format!("{title}, {which}: no solution was found at {pull} mm and beyond."));
-            }
-            curves.push(XyCurve::new(format!("{title}, {which}"), points));
-        }
-    }
-    let input = XyInput { title: String::new(), x: Axis::new("Δa", "mm"), y: Axis::new("T", "N"), curves };
-    page.figure(
-        "far",
-        "Actuation force to 20 mm. The consistent one runs on smoothly past the 13 mm where the paper reports jumps.",
-        xy_figure(&input)?,
-    );
-    Ok(())
 }
 
 /// What inextensibility leaves out.

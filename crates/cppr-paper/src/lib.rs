@@ -9,6 +9,7 @@ mod differences;
 mod html;
 mod page;
 mod planar;
+mod printed;
 mod scenario;
 mod space;
 mod strength;
@@ -53,6 +54,7 @@ impl Job {
         let scenario = Scenario::parse(self.text)?;
         let mut page = Page::new(self.name, &scenario);
         (self.make)(&scenario, &mut page)?;
+        page.stated(&scenario.stated)?;
         Ok(page)
     }
 }

@@ -1,6 +1,7 @@
 //! One page of the report as data.
 
-use crate::Scenario;
+use crate::scenario::Stated;
+use crate::{PaperError, Scenario};
 use cppr_plot::Figure;
 
 /// A table of text cells.
@@ -54,6 +55,33 @@ impl Page {
     pub(crate) fn table(&mut self, caption: impl Into<String>, head: &[&str], rows: Vec<Vec<String>>) {
         let head = head.iter().map(|h| (*h).to_owned()).collect();
         self.tables.push(Table { caption: caption.into(), head, rows });
+    }
+
+    /// What the paper states beside what was found.
+    pub(crate) fn stated(&mut self, list: &[Stated]) -> Result<(), PaperError> {
+        if list.is_empty() {
+            return Ok(());
+        }
+        let mut rows = Vec::new();
+        for stated in list {
+            let [here, difference] = match &stated.number {
+                Some(key) => {
+                    let (_, own) = self.numbers.iter().find(|(k, _)| k == key).ok_or_else(|| {
+                        PaperError(format!("{}: there is no number {key} to compare with", self.name))
+                    })?;
+                    [cell(*own, 3), cell(own - stated.value, 3)]
+                }
+                None => ["needs the measurements".into(), "–".into()],
+            };
+            let value = format!("{}", stated.value).replace('-', "−");
+            rows.push(vec![stated.what.clone(), stated.unit.clone(), value, here, difference]);
+        }
+        self.table(
+            "What the paper states, and what is found here.",
+            &["quantity", "unit", "paper", "here", "difference"],
+            rows,
+        );
+        Ok(())
     }
 
     pub(crate) fn number(&mut self, key: impl Into<String>, value: f64) {

@@ -1,12 +1,15 @@
 //! Figures 12, 13, 14 and 16: two tubes in the plane, free and loaded.
 
-use crate::bench::{actuated, consistent, distance, family, printed_plane, robot, solved, solved_from};
+use crate::bench::{
+    Solved, actuated, consistent, distance, family, lines, loaded_family, printed_plane, robot, solved,
+    solved_from,
+};
 use crate::page::{Page, cell};
 use crate::{PaperError, Scenario};
 use cppr::Vector3;
 use cppr::design::{Robot, TubeDesign};
 use cppr::statics::{Loads, Thread};
-use cppr_plot::{Axis, Colouring, Force, XyCurve, XyInput, xy_figure};
+use cppr_plot::{Axis, Colouring, Force, Pose, XyCurve, XyInput, xy_figure};
 
 fn signed(mm: f64) -> String {
     if mm > 0.0 { format!("+{mm}") } else { cell(mm, usize::from(mm.fract() != 0.0) * 2) }
@@ -20,7 +23,7 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         let length = robot.length() * 1e3;
         let (mut rows, mut poses, mut printed_poses, mut apart) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut worst_rule = [0.0_f64; 2];
+        let (mut rule, mut worst_gap, mut bend) = ([1.0_f64; 2], 0.0_f64, 0.0);
         for &pull in &scenario.pulls_mm {
             let ours = solved(&robot, &actuated(pull, 0.0), &consistent())?;
             let theirs = solved(&robot, &actuated(pull, 0.0), &printed_plane())?;
@@ -40,9 +43,13 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                 let offset: f64 =
                     (0..2).map(|t| robot.fields_at(t, middle.tubes[t].abscissa).centroid_offset).sum();
                 let side = usize::from(pull < 0.0);
-                let off = (middle.curvature.z * offset * length / -pull - 1.0).abs();
-                worst_rule[side] = worst_rule[side].max(off);
+                let ratio = middle.curvature.z * offset * length / -pull;
+                if (ratio - 1.0).abs() > (rule[side] - 1.0).abs() {
+                    rule[side] = ratio;
+                }
             }
+            worst_gap = worst_gap.max(gap);
+            bend = ours.shape.sections.last().map_or(0.0, |s| s.rotation[(0, 0)].acos().to_degrees());
             rows.push(vec![
                 signed(pull),
                 cell(a[0], 2),
@@ -86,13 +93,15 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             ],
             rows,
         );
-        for (side, off) in ["pulled", "pushed"].iter().zip(worst_rule) {
-            page.number(format!("{name}/curvature_rule_deviation_{side}"), off);
+        page.number(format!("{name}/largest_distance_of_formulations_percent"), worst_gap);
+        page.number(format!("{name}/bend_at_largest_pull_deg"), bend);
+        for (side, ratio) in ["pulled", "pushed"].iter().zip(rule) {
+            page.number(format!("{name}/curvature_rule_{side}"), ratio);
         }
         page.text.push(format!(
-            "{title}: |K D| = |Δa/L| holds in the middle of the robot to {} % pulled and {} % pushed.",
-            cell(worst_rule[0] * 100.0, 2),
-            cell(worst_rule[1] * 100.0, 2)
+            "{title}: |K D| over |Δa/L| in the middle of the robot, where it is furthest from 1: {} pulled, {} pushed.",
+            cell(rule[0], 4),
+            cell(rule[1], 4)
         ));
         curves.push(XyCurve { marked: true, ..XyCurve::new(title, apart) });
     }
@@ -119,14 +128,17 @@ fn thread(robot: &Robot, tension: f64, pulley_mm: [f64; 3], side: f64) -> Thread
 
 /// Loaded by a thread left and right.
 pub fn loaded(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
+    let mut worst = 0.0_f64;
     for name in &scenario.robots {
         let robot = robot(name)?;
         let title = robot.design().name.clone();
         let mut rows = Vec::new();
         for (side, side_name) in [(1.0, "left"), (-1.0, "right")] {
-            let mut poses = Vec::new();
+            let [mut poses, mut printed_poses] = [const { Vec::new() }; 2];
+            let [mut unloaded, mut printed_unloaded] = [const { Vec::new() }; 2];
             for &pull in &scenario.pulls_mm {
                 let free = solved(&robot, &actuated(pull, 0.0), &consistent())?;
+                let printed_free = solved(&robot, &actuated(pull, 0.0), &printed_plane())?;
                 let with = |pulley: [f64; 3]| {
                     let thread = thread(&robot, scenario.thread, pulley, side);
                     actuated(pull, 0.0).with_loads(Loads { threads: vec![thread], ..Loads::none() })
@@ -142,6 +154,8 @@ pub fn loaded(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                 page.number(key("tension_N"), ours.tension());
                 page.number(key("printed_tip_x_mm"), b[0]);
                 page.number(key("printed_tip_y_mm"), b[1]);
+                let gap = distance(a, b) / robot.length() * 0.1;
+                worst = worst.max(gap);
                 rows.push(vec![
                     side_name.into(),
                     signed(pull),
@@ -151,26 +165,31 @@ pub fn loaded(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                     cell(distance(a, free.tip_mm()), 2),
                     cell(b[0], 2),
                     cell(b[1], 2),
-                    cell(distance(a, b) / robot.length() * 0.1, 2),
+                    cell(gap, 2),
                     cell(distance(a, far.tip_mm()), 2),
                 ]);
-                let mut pose = ours.pose(signed(pull));
-                if let Some(tip) = ours.shape.sections.last() {
-                    let load = &command.loads.threads[0];
-                    let point = tip.centre + tip.rotation * load.point;
-                    let way = load.pulley - point;
-                    let vector = way * (load.tension / way.norm().max(f64::MIN_POSITIVE));
-                    pose.forces.push(Force { point: point.into(), vector: vector.into() });
-                }
-                poses.push(pose);
+                poses.push(under_thread(&ours, signed(pull), &command.loads.threads[0]));
+                printed_poses.push(under_thread(&theirs, signed(pull), &command.loads.threads[0]));
+                unloaded.extend(lines(&free.shape, true));
+                printed_unloaded.extend(lines(&printed_free.shape, true));
             }
-            page.figure(
-                &format!("{name}-{side_name}"),
-                format!(
-                    "{title} with 20 g on the {side_name}, consistent formulation; Δa in mm at the tips."
-                ),
-                family(format!("{title}, thread on the {side_name}"), poses, Colouring::Tube)?,
-            );
+            for (which, file, poses, unloaded) in [
+                ("consistent", "", poses, unloaded),
+                ("as printed", "-printed", printed_poses, printed_unloaded),
+            ] {
+                page.figure(
+                    &format!("{name}-{side_name}{file}"),
+                    format!(
+                        "{title} with 20 g on the {side_name}, {which}; Δa in mm at the tips, in grey the shapes \
+                         without load."
+                    ),
+                    loaded_family(
+                        format!("{title}, thread on the {side_name}, {which}"),
+                        poses,
+                        unloaded,
+                    )?,
+                );
+            }
         }
         page.table(
             format!("{title}: tip of tube 1's centroid line under the thread."),
@@ -189,5 +208,19 @@ pub fn loaded(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             rows,
         );
     }
+    page.number("largest_distance_of_formulations_percent", worst);
+    page.number("thread_N", scenario.thread);
     Ok(())
+}
+
+/// A pose with the force of the thread.
+fn under_thread(state: &Solved, label: String, thread: &Thread) -> Pose {
+    let mut pose = state.pose(label);
+    if let Some(tip) = state.shape.sections.last() {
+        let point = tip.centre + tip.rotation * thread.point;
+        let way = thread.pulley - point;
+        let vector = way * (thread.tension / way.norm().max(f64::MIN_POSITIVE));
+        pose.forces.push(Force { point: point.into(), vector: vector.into() });
+    }
+    pose
 }

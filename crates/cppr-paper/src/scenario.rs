@@ -38,7 +38,7 @@ pub struct Scenario {
     pub stated: Vec<Stated>,
 }
 
-/// A number of the paper.
+/// A number that the paper states.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stated {
@@ -48,6 +48,8 @@ pub struct Stated {
     pub value: f64,
     /// Its unit.
     pub unit: String,
+    /// Key of our number on the same page; none where only the unpublished measurements could tell.
+    pub number: Option<String>,
 }
 
 impl Scenario {

@@ -39,12 +39,14 @@ pub fn sideways(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
             cell(b[2], 3),
             cell(distance(a, b) / robot.length() * 0.1, 2),
         ]);
-        poses.push(Pose { label: cell(pull, 2), lines: vec![centreline(&ours.shape)], forces: Vec::new() });
+        // Every other label: they would crowd where the tips lie side by side.
+        let label = if (pull % 0.5).abs() < 1e-9 { cell(pull, 1) } else { String::new() };
+        poses.push(Pose { label, lines: vec![centreline(&ours.shape)], forces: Vec::new() });
     }
     page.figure(
         "",
         "Centrelines, consistent formulation; Δa in mm.",
-        family("Childs2, 50 g on the tip", poses, Colouring::Pose)?,
+        family("Childs2, 50 g on the tip, consistent", poses, Colouring::Pose)?,
     );
     page.table(
         "Centre of the tip section.",
@@ -70,7 +72,7 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     let robot = robot(&scenario.robots[0])?;
     let sequences: [(&str, [f64; 2]); 3] =
         [("follower 2", [1.0, 0.0]), ("follower 3", [0.0, 1.0]), ("both", [1.0, 1.0])];
-    let (mut rows, mut poses, mut branches) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut poses, mut branches, mut largest_bow) = (Vec::new(), Vec::new(), Vec::new(), 0.0_f64);
     for (name, share) in sequences {
         let mut tips = Vec::new();
         for &pull in &scenario.pulls_mm {
@@ -109,6 +111,7 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             .fold(0.0, f64::max);
         page.number(format!("{name}/branch_angle_deg"), way[1].atan2(way[0]).to_degrees());
         page.number(format!("{name}/branch_bow_mm"), bow);
+        largest_bow = largest_bow.max(bow);
         page.text.push(format!(
             "Branch of {name}: along {}° in the Y–Z plane, straight to {} mm over {} mm.",
             cell(way[1].atan2(way[0]).to_degrees(), 1),
@@ -117,13 +120,14 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         ));
         branches.push(XyCurve { marked: true, ..XyCurve::new(name, tips) });
     }
+    page.number("largest_bow_mm", largest_bow);
     page.figure(
         "",
-        "Centrelines of the three sequences, consistent formulation.",
-        family("Childs3", poses, Colouring::Pose)?,
+        "Centrelines of the three sequences, consistent formulation: follower 2 alone in the darkest shades, both in the lightest.",
+        family("Childs3, consistent", poses, Colouring::Pose)?,
     );
     let input = XyInput {
-        title: "Tips seen along the axis".into(),
+        title: "Childs3, tips seen along the axis, consistent".into(),
         x: Axis::new("Y", "mm"),
         y: Axis::new("Z", "mm"),
         curves: branches,
@@ -163,6 +167,8 @@ fn torsions(name: &str) -> Result<Vec<(String, [f64; 2])>, PaperError> {
     for tube in &mut polar.tubes {
         if let TubeDesign::Notched(tube) = tube {
             tube.torsion = Torsion::Polar;
+            // G = 1 GPa, which section 4.10 takes for both tubes.
+            tube.material.poissons_ratio = tube.material.youngs_modulus / 2e9 - 1.0;
         }
     }
     let polar = build(polar)?;
@@ -171,7 +177,7 @@ fn torsions(name: &str) -> Result<Vec<(String, [f64; 2])>, PaperError> {
         ("Saint-Venant".into(), own),
         ("ratio 0.65 as printed".into(), [0.65 * own[1], own[1]]),
         ("ratio 1/0.65".into(), [own[1] / 0.65, own[1]]),
-        ("polar, as computed there".into(), polar),
+        ("polar, G = 1 GPa, as computed there".into(), polar),
     ])
 }
 
@@ -207,7 +213,7 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         curves.push(XyCurve { marked: true, ..XyCurve::new(which, points) });
     }
     let input = XyInput {
-        title: "R1, rotation only".into(),
+        title: "R1, rotation only, consistent".into(),
         x: Axis::new("turn of the follower's base", "deg"),
         y: Axis::new("turn of the tip", "deg"),
         curves,
@@ -235,7 +241,7 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         paths.push(XyCurve { marked: true, reference: true, ..XyCurve::new("tip body", ends) });
     }
     let input = XyInput {
-        title: "R1, follower turned by 180°, seen along the axis".into(),
+        title: "R1, follower turned by 180°, seen along the axis, consistent".into(),
         x: Axis::new("Y", "mm"),
         y: Axis::new("Z", "mm"),
         curves: paths,
@@ -281,9 +287,13 @@ pub fn helicoid(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     page.figure(
         "angle",
         "Δθ_2(0) held, as in the paper; Δa in mm.",
-        family("Helicoid, angle held", held, Colouring::Alternate)?,
+        family("Helicoid, angle held, consistent", held, Colouring::Alternate)?,
     );
-    page.figure("motor", "Motor held.", family("Helicoid, motor held", turning, Colouring::Alternate)?);
+    page.figure(
+        "motor",
+        "Motor held.",
+        family("Helicoid, motor held, consistent", turning, Colouring::Alternate)?,
+    );
     page.table(
         "Centre of the tip section with the angle held and with the motor held; the last column is the distance of the printed formulation (angle held).",
         &["Δa (mm)", "x", "y", "z (mm)", "T (N)", "x", "y", "z (mm)", "T (N)", "apart (% of L)"],
@@ -296,7 +306,9 @@ pub fn helicoid(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
 pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     let name = &scenario.robots[0];
     let mut rows = Vec::new();
-    for (which, stiffness) in torsions(name)?.into_iter().take(3) {
+    let own = torsions(name)?;
+    page.number("saint_venant_ratio", own[0].1[0] / own[0].1[1]);
+    for (which, stiffness) in own.into_iter().take(3) {
         let robot = twisted(name, Some(stiffness))?;
         let mut poses = Vec::new();
         for &pull in &scenario.pulls_mm {
@@ -328,7 +340,7 @@ pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         page.figure(
             &file.to_lowercase(),
             format!("R1 at ±3 mm, follower turned by −90°, 0, 90°: {which}."),
-            family(format!("R1, {which}"), poses, Colouring::Alternate)?,
+            family(format!("R1, {which}, consistent"), poses, Colouring::Alternate)?,
         );
     }
     page.table(

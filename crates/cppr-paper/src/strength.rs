@@ -1,7 +1,7 @@
 //! Figure 25 and the sensitivity to notch depth of section 5.
 
 use crate::bench::{
-    actuated, build, consistent, design, distance, printed_plane, robot, solved, solved_from, with_factor,
+    actuated, build, consistent, design, distance, followed, printed_plane, robot, solved, with_factor,
 };
 use crate::page::{Page, cell};
 use crate::{PaperError, Scenario};
@@ -32,7 +32,11 @@ pub fn euler(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             margin.push([pull, lowest]);
             let mut row = vec![title.clone(), cell(pull, 0), cell(a.tension(), 3), cell(lowest, 3)];
             // The printed formula is followed from rest in small steps, to the point where the paper stops.
-            let printed = if pull.abs() <= 11.0 { Some(printed(&robot, pull)?) } else { None };
+            let printed = if pull.abs() <= 11.0 {
+                Some(followed(&robot, pull, &printed_plane())?.tension())
+            } else {
+                None
+            };
             if let Some(tension) = printed {
                 page.number(format!("{name}/{pull}mm/printed_tension_N"), tension);
                 theirs.push([pull, tension]);
@@ -55,23 +59,13 @@ pub fn euler(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             }
         }
         euler = euler.max(critical);
-        margins.push(XyCurve::new(format!("{title}, margin"), margin));
+        margins.push(XyCurve::new(format!("{title}, margin (consistent)"), margin));
     }
     // Both robots have the same greatest stiffness, at opposite ends.
     let (low, high) = (scenario.pulls_mm[0], -scenario.pulls_mm[0]);
     for (sign, label) in [(1.0, "Euler's load, eq 99"), (-1.0, "")] {
         let line = vec![[low, sign * euler], [high, sign * euler]];
         forces.push(XyCurve { reference: true, ..XyCurve::new(label, line) });
-    }
-    for stated in &scenario.stated {
-        let value = format!("±{} {}", cell(stated.value, 0), stated.unit);
-        crossings.push(vec![
-            format!("the paper: {}", stated.what),
-            "–".into(),
-            "–".into(),
-            "–".into(),
-            value,
-        ]);
     }
     page.table(
         "Where the force reaches the load of a pinned Euler rod.",
@@ -103,18 +97,6 @@ fn crossing(points: &[[f64; 2]], value: f64) -> Option<f64> {
     })
 }
 
-fn printed(robot: &cppr::design::Robot, pull: f64) -> Result<f64, PaperError> {
-    let steps = pull.abs().ceil().max(1.0);
-    let mut last: Option<crate::bench::Solved> = None;
-    let mut at = 0.0;
-    while at < steps {
-        at += 1.0;
-        let command = actuated(pull * at / steps, 0.0);
-        last = Some(solved_from(robot, &command, &printed_plane(), last.as_ref().map(|s| &s.found))?);
-    }
-    Ok(last.map_or(0.0, |s| s.tension()))
-}
-
 /// R1 with deeper notches.
 pub fn deeper(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     let base = design(&scenario.robots[0])?;
@@ -137,9 +119,6 @@ pub fn deeper(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             page.number(format!("factor {factor}/{which}/largest_change_mm"), worst.0);
             rows.push(vec![which.into(), cell(factor, 2), cell(worst.0, 2), cell(worst.1, 0)]);
         }
-    }
-    for stated in &scenario.stated {
-        rows.push(vec![format!("the paper: {}", stated.what), "–".into(), cell(stated.value, 2), "–".into()]);
     }
     page.table(
         "Largest move of the tip of tube 1's centroid line when the notches are 0.1 mm deeper.",

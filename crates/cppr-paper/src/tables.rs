@@ -29,6 +29,9 @@ pub fn table1(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                 page.number(key("bending_z_Nmm2"), value.bending_z * 1e6);
                 page.number(key("torsion_Nmm2"), value.torsion * 1e6);
             }
+            if k == 0 {
+                page.number(format!("{name}/outer_diameter_mm"), 2.0 * tube.outline.outer_reach() * 1e3);
+            }
             rows.push(vec![
                 format!("{} tube {}", design.name, k + 1),
                 format!(
@@ -81,6 +84,11 @@ pub fn sections(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
             x_m: own.iter().map(|&x| if x.abs() < 1e-9 { 0.0 } else { x }).collect(),
         }
     };
+    let notched = |curve: ProfileCurve| {
+        let from = curve.x_m.iter().rposition(|&x| x <= 0.0).unwrap_or(0);
+        ProfileCurve { x_m: curve.x_m[from..].to_vec(), values: curve.values[from..].to_vec(), ..curve }
+    };
+    let second_moment = |f: &cppr::design::FieldValues| f.bending_z / youngs * 1e12;
     let quantity = |label: &str, unit: &str, value: &dyn Fn(&cppr::design::FieldValues) -> f64| Quantity {
         label: label.into(),
         unit: unit.into(),
@@ -93,12 +101,19 @@ pub fn sections(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         quantities: vec![
             quantity("A", "mm²", &|f| f.axial / youngs * 1e6),
             quantity("D", "mm", &|f| f.centroid_offset / factor * 1e3),
-            quantity("I_{Z}", "mm⁴", &|f| f.bending_z / youngs * 1e12),
+            quantity("I_{Z}", "mm⁴", &second_moment),
+            // The step hides what the notched parts do.
+            Quantity {
+                label: "I_{Z}, notched part".into(),
+                unit: "mm⁴".into(),
+                include_zero: true,
+                curves: vec![notched(curve(0, &second_moment)), notched(curve(1, &second_moment))],
+            },
         ],
     };
     page.figure(
         "",
-        "Area, centroid offset (without factor) and soft second moment of R3's tubes.",
+        "Area, centroid offset (without factor) and soft second moment of R3's tubes; below, the soft second moment again without the uncut part.",
         profile_figure(&input)?,
     );
     for tube in 0..2 {

@@ -11,6 +11,8 @@ pub struct ShapeInput {
     pub poses: Vec<Pose>,
     /// The robot at rest, drawn dimmed below all poses; may be empty.
     pub rest: Vec<Line>,
+    /// What the dimmed lines are, for the legend; empty for `at rest`.
+    pub rest_name: String,
     /// Further points, for example measured tips.
     pub marks: Vec<Marks>,
     /// What colours mean.

@@ -98,22 +98,24 @@ impl Stage<'_> {
         panel.own_scale = !panel.framed;
         view.title().clone_into(&mut panel.title);
         self.plate(&mut panel, view);
+        let rest_name = if self.input.rest_name.is_empty() { "at rest" } else { &self.input.rest_name };
         for line in &self.input.rest {
             let stroke = Stroke { colour: Colour::DIM, width: 1.2, ..stroke_of(line.part) };
             panel.series.push(Series {
-                name: "at rest".to_owned(),
+                name: rest_name.to_owned(),
                 points: project(view, &line.points),
                 line: Some(stroke),
                 ..Series::default()
             });
         }
         let last = self.input.poses.len().saturating_sub(1);
+        let bare = self.input.poses.iter().flat_map(|p| &p.lines).all(|l| l.part == Part::Centreline);
         for (i, pose) in self.input.poses.iter().enumerate() {
             for line in &pose.lines {
                 panel.series.push(Series {
                     name: name_of(line.part),
                     points: project(view, &line.points),
-                    line: Some(recoloured(line.part, self.input.colouring, i, last)),
+                    line: Some(recoloured(line.part, bare, self.input.colouring, i, last)),
                     ..Series::default()
                 });
             }
@@ -240,13 +242,14 @@ fn stroke_of(part: Part) -> Stroke {
     }
 }
 
-fn recoloured(part: Part, colouring: Colouring, i: usize, last: usize) -> Stroke {
+/// Centrelines are drawn in ink, unless they are all there is (`bare`).
+fn recoloured(part: Part, bare: bool, colouring: Colouring, i: usize, last: usize) -> Stroke {
     let stroke = stroke_of(part);
     match colouring {
         Colouring::Alternate if i % 2 == 1 => {
             Stroke { colour: stroke.colour.mix(Colour::WHITE, 0.45), ..stroke }
         }
-        Colouring::Pose if part != Part::Centreline && last > 0 => {
+        Colouring::Pose if (bare || part != Part::Centreline) && last > 0 => {
             Stroke { colour: ramp(count(i) / count(last)), ..stroke }
         }
         _ => stroke,
