@@ -31,7 +31,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 let plane = if robot.is_planar() { "planar" } else { "in space" };
                 print(&format!("{}: {tubes}, {mm} mm long, {plane}: fine\n", path.display()))?;
             }
-            Err(Failure::Input(message) | Failure::NoEquilibrium(message)) => problems.push(message),
+            Err(
+                Failure::Input(message) | Failure::NoEquilibrium(message) | Failure::Interrupted(message),
+            ) => problems.push(message),
         }
     }
     if problems.is_empty() { Ok(()) } else { Err(Failure::Input(problems.join("\n"))) }

@@ -14,6 +14,15 @@ use std::path::Path;
 /// Distance from an eyelet (m) up to which the tip is in it.
 const CONTACT: f64 = 1e-6;
 
+/// How finely the fields are resolved.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ModesArg {
+    /// Tip within 1e-4 of the length, for every robot shipped.
+    Default,
+    /// The paper's 3 + 3 + 3 + 2: some times faster, for robots whose notches are alike.
+    Paper,
+}
+
 /// Which conditions of equilibrium are solved.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum FormulationArg {
@@ -23,32 +32,46 @@ pub enum FormulationArg {
     Printed,
 }
 
-/// Actuation, loads and how to solve; shared by all sub-commands that solve.
-// Flags of a command line are booleans by nature.
-#[allow(clippy::struct_excessive_bools)]
-#[derive(clap::Args)]
-pub struct CommandArgs {
+/// Actuators and tip load, each of one value.
+#[derive(Clone, Default, clap::Args)]
+pub struct DriveArgs {
     /// Pull a follower by a length (push: negative). Without K= tube 2; repeat for more tubes
     #[arg(long, value_name = "[K=]LENGTH", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Length))]
-    pull: Vec<ForTube>,
+    pub pull: Vec<ForTube>,
     /// Turn a follower's base, right-handed about the insertion axis
     #[arg(long, value_name = "[K=]ANGLE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Angle))]
-    rotate: Vec<ForTube>,
+    pub rotate: Vec<ForTube>,
     /// Pull a follower with a force instead
     #[arg(long, value_name = "[K=]FORCE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Force))]
-    tension: Vec<ForTube>,
+    pub tension: Vec<ForTube>,
     /// Turn a follower with a torque instead
     #[arg(long, value_name = "[K=]MOMENT", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Moment))]
-    torque: Vec<ForTube>,
+    pub torque: Vec<ForTube>,
+    /// Force on the tip, base frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Force))]
+    pub tip_force: Option<[f64; 3]>,
+    /// Moment on the tip, base frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Moment))]
+    pub tip_moment: Option<[f64; 3]>,
+}
+
+/// Actuation, loads and how to solve; shared by all sub-commands that solve one pose.
+#[derive(clap::Args)]
+pub struct CommandArgs {
+    #[command(flatten)]
+    pub drive: DriveArgs,
+    #[command(flatten)]
+    pub rest: RestArgs,
+}
+
+/// Further loads and how to solve; shared by all sub-commands that solve.
+// Flags of a command line are booleans by nature.
+#[allow(clippy::struct_excessive_bools)]
+#[derive(Clone, clap::Args)]
+pub struct RestArgs {
     /// --rotate means the angle between follower and leader at the plate (the paper's Figure 22), not the motor
     #[arg(long)]
     relative_angle: bool,
-    /// Force on the tip, base frame
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Force))]
-    tip_force: Option<[f64; 3]>,
-    /// Moment on the tip, base frame
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Moment))]
-    tip_moment: Option<[f64; 3]>,
     /// Where the tip force acts, in the tip's frame; default its centre
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Length))]
     tip_point: Option<[f64; 3]>,
@@ -77,6 +100,9 @@ pub struct CommandArgs {
     /// Five modes, nothing leaves the plane: fast, blind to lateral instability
     #[arg(long)]
     planar: bool,
+    /// Modes of the fields in space
+    #[arg(long, value_enum, default_value_t = ModesArg::Default, conflicts_with = "planar")]
+    modes: ModesArg,
     /// Multiply modes and nodes, to see whether the answer stays
     #[arg(long, value_name = "FACTOR", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=8))]
     refine: u8,
@@ -132,32 +158,36 @@ fn thread(text: &str) -> Result<Thread, String> {
 impl CommandArgs {
     /// Settings of the solver.
     pub fn settings(&self) -> Settings {
-        let base = if self.planar { Resolution::PLANAR } else { Resolution::SPATIAL };
-        let resolution = base.refined(usize::from(self.refine));
-        let formulation = match self.formulation {
+        let base = match self.rest.modes {
+            _ if self.rest.planar => Resolution::PLANAR,
+            ModesArg::Default => Resolution::SPATIAL,
+            ModesArg::Paper => Resolution::PAPER,
+        };
+        let resolution = base.refined(usize::from(self.rest.refine));
+        let formulation = match self.rest.formulation {
             FormulationArg::Consistent => Formulation::Consistent,
             FormulationArg::Printed => Formulation::Printed,
         };
         let settings = Settings { formulation, ..Settings::default() }.with_resolution(resolution);
-        if self.stretch { settings.with_stretch() } else { settings }
+        if self.rest.stretch { settings.with_stretch() } else { settings }
     }
 
     /// Options that say something about a load that is not there, or that the model would not see.
     fn check(&self, robot: &Robot) -> Result<(), Failure> {
         let fail = |message: &str| Err(Failure::Input(message.into()));
-        if self.follower_load && self.tip_force.is_none() && self.tip_moment.is_none() {
+        if self.rest.follower_load && self.drive.tip_force.is_none() && self.drive.tip_moment.is_none() {
             return fail("--follower-load says how a tip load turns: add --tip-force or --tip-moment");
         }
-        if self.tip_point.is_some() && self.tip_force.is_none() && self.thread.is_empty() {
+        if self.rest.tip_point.is_some() && self.drive.tip_force.is_none() && self.rest.thread.is_empty() {
             return fail("--tip-point says where a force acts: add --tip-force or --thread");
         }
         let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
-        if self.gravity.is_some() && (0..robot.tube_count()).all(massless) {
+        if self.rest.gravity.is_some() && (0..robot.tube_count()).all(massless) {
             return fail(
                 "--gravity: this robot has no mass; add density_kg_m3 or mass_per_length_g_m to its file",
             );
         }
-        if !self.planar {
+        if !self.rest.planar {
             return Ok(());
         }
         if !robot.is_planar() {
@@ -166,13 +196,13 @@ impl CommandArgs {
         let out = |v: [f64; 3]| v[2].abs() > 0.0;
         let bends_out = |v: [f64; 3]| v[0].abs() > 0.0 || v[1].abs() > 0.0;
         for (name, leaves) in [
-            ("--tip-force", self.tip_force.is_some_and(out)),
-            ("--tip-moment", self.tip_moment.is_some_and(bends_out)),
-            ("--tip-point", self.tip_point.is_some_and(out)),
-            ("--point-force", self.point_force.iter().any(|(_, force)| out(*force))),
-            ("--distributed", self.distributed.iter().any(|d| out(d.force.into()))),
-            ("--gravity", self.gravity.is_some_and(out)),
-            ("--thread", self.thread.iter().any(|t| out(t.pulley.into()))),
+            ("--tip-force", self.drive.tip_force.is_some_and(out)),
+            ("--tip-moment", self.drive.tip_moment.is_some_and(bends_out)),
+            ("--tip-point", self.rest.tip_point.is_some_and(out)),
+            ("--point-force", self.rest.point_force.iter().any(|(_, force)| out(*force))),
+            ("--distributed", self.rest.distributed.iter().any(|d| out(d.force.into()))),
+            ("--gravity", self.rest.gravity.is_some_and(out)),
+            ("--thread", self.rest.thread.iter().any(|t| out(t.pulley.into()))),
         ] {
             if leaves {
                 return Err(Failure::Input(format!(
@@ -186,9 +216,9 @@ impl CommandArgs {
     /// Refuses a shape whose tip lies on a pulley: there the thread has no direction.
     pub fn thread_has_direction(&self, shape: &Shape) -> Result<(), Failure> {
         let Some(tip) = shape.sections.last() else { return Ok(()) };
-        let knot = tip.centre + tip.rotation * Vector3::from(self.tip_point.unwrap_or_default());
+        let knot = tip.centre + tip.rotation * Vector3::from(self.rest.tip_point.unwrap_or_default());
         let on_pulley = |t: &&Thread| (t.pulley - knot).norm() <= t.radius.max(CONTACT);
-        match self.thread.iter().find(on_pulley) {
+        match self.rest.thread.iter().find(on_pulley) {
             None => Ok(()),
             Some(_) => Err(Failure::NoEquilibrium(
                 "--thread: the tip lies on the pulley, where the thread pulls in no direction; move the pulley"
@@ -201,15 +231,15 @@ impl CommandArgs {
     pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
         self.check(robot)?;
         let mut command = Command { loads: self.loads(), ..Command::held(robot) };
-        if self.relative_angle {
+        if self.rest.relative_angle {
             command.knob = RotationKnob::RelativeAngle;
         }
         let mut taken: Vec<(usize, bool)> = Vec::new();
         for (name, list, turns, drive) in [
-            ("--pull", &self.pull, false, Drive::Motion as fn(f64) -> Drive),
-            ("--tension", &self.tension, false, Drive::Effort),
-            ("--rotate", &self.rotate, true, Drive::Motion),
-            ("--torque", &self.torque, true, Drive::Effort),
+            ("--pull", &self.drive.pull, false, Drive::Motion as fn(f64) -> Drive),
+            ("--tension", &self.drive.tension, false, Drive::Effort),
+            ("--rotate", &self.drive.rotate, true, Drive::Motion),
+            ("--torque", &self.drive.torque, true, Drive::Effort),
         ] {
             for &ForTube { tube, value } in list {
                 let Some(actuator) = command.actuators.get_mut(tube - 2) else {
@@ -231,25 +261,25 @@ impl CommandArgs {
     }
 
     fn loads(&self) -> Loads {
-        let point = self.tip_point.unwrap_or_default().into();
-        let frame = if self.follower_load { Frame::Section } else { Frame::World };
+        let point = self.rest.tip_point.unwrap_or_default().into();
+        let frame = if self.rest.follower_load { Frame::Section } else { Frame::World };
         let mut loads = Loads::none();
-        if self.tip_force.is_some() || self.tip_moment.is_some() {
+        if self.drive.tip_force.is_some() || self.drive.tip_moment.is_some() {
             loads.wrenches.push(Wrench {
-                force: self.tip_force.unwrap_or_default().into(),
-                moment: self.tip_moment.unwrap_or_default().into(),
+                force: self.drive.tip_force.unwrap_or_default().into(),
+                moment: self.drive.tip_moment.unwrap_or_default().into(),
                 frame,
                 station: Station::Tip,
                 point,
             });
         }
-        for &(at, force) in &self.point_force {
+        for &(at, force) in &self.rest.point_force {
             let wrench = Wrench::tip_force(force.into());
             loads.wrenches.push(Wrench { station: Station::Label(at), ..wrench });
         }
-        loads.distributed.clone_from(&self.distributed);
-        loads.gravity = self.gravity.map(Vector3::from);
-        loads.threads = self.thread.iter().map(|t| Thread { point, ..*t }).collect();
+        loads.distributed.clone_from(&self.rest.distributed);
+        loads.gravity = self.rest.gravity.map(Vector3::from);
+        loads.threads = self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect();
         loads
     }
 }

@@ -1,6 +1,6 @@
 //! The program `cppr`: statics of concentric push-pull robots from a shell.
 //!
-//! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.
+//! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found, 130 interrupted.
 
 mod calibrate;
 mod check;
@@ -12,6 +12,7 @@ mod paper;
 mod quantity;
 mod section;
 mod solve;
+mod sweep;
 mod table;
 
 use clap::{Parser, Subcommand};
@@ -30,9 +31,10 @@ First steps:
   cppr check robots/r3.toml
   cppr solve robots/r3.toml --pull 5mm --plot r3.svg
   cppr section robots/r3.toml --plot sections.svg
+  cppr sweep robots/r1.toml --pull -7..7mm:15 --rotate -180..180deg:13 --output workspace.csv
   cppr paper --output report
 
-Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found.";
+Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found, 130 interrupted.";
 
 #[derive(Subcommand)]
 enum Task {
@@ -42,6 +44,9 @@ enum Task {
     /// How far each actuator may go, and what limits it: strain, closing notches, stability.
     #[command(after_help = limits::EXAMPLES)]
     Limits(Box<limits::Args>),
+    /// Many poses in one table: grids and samples of actuators, loads and design.
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(Box<sweep::Args>),
     /// Section properties along the tubes.
     #[command(after_help = section::EXAMPLES)]
     Section(section::Args),
@@ -62,12 +67,15 @@ enum Failure {
     Input(String),
     /// There is no equilibrium where one was asked for.
     NoEquilibrium(String),
+    /// The user stopped it.
+    Interrupted(String),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Solve(args) => solve::run(&args),
         Task::Limits(args) => limits::run(&args),
+        Task::Sweep(args) => sweep::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),
@@ -82,6 +90,10 @@ fn main() -> ExitCode {
         Err(Failure::NoEquilibrium(message)) => {
             output::note(&format!("{message}\n"));
             ExitCode::from(3)
+        }
+        Err(Failure::Interrupted(message)) => {
+            output::note(&format!("{message}\n"));
+            ExitCode::from(130)
         }
     }
 }

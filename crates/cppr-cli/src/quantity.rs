@@ -41,11 +41,22 @@ impl Kind {
         }
     }
 
+    /// Units, the longer names first.
+    fn by_length(self) -> Vec<(&'static str, f64)> {
+        let mut units = self.units().to_vec();
+        units.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
+        units
+    }
+
+    /// The unit that a value or a range carries behind its last number.
+    fn unit_of(self, text: &str) -> Option<&'static str> {
+        let last = text.rsplit_once(':').map_or(text, |(value, _)| value).trim_end();
+        self.by_length().into_iter().map(|(name, _)| name).find(|name| last.ends_with(name))
+    }
+
     /// Splits a text into number and unit; the unit's SI value.
     fn split(self, text: &str) -> Option<(f64, f64)> {
-        let mut units: Vec<_> = self.units().to_vec();
-        units.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
-        units.iter().find_map(|(name, value)| {
+        self.by_length().iter().find_map(|(name, value)| {
             let number = text.strip_suffix(name)?.trim_end().parse::<f64>().ok()?;
             Some((number, *value))
         })
@@ -107,23 +118,94 @@ pub fn vector(text: &str, kind: Kind) -> Result<[f64; 3], String> {
     Ok([component(x)?, component(y)?, last])
 }
 
+/// One value, or a range of them: `-7..7mm:141`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Span {
+    /// One value (SI).
+    Fixed(f64),
+    /// From the smaller to the larger (SI); how many, where that is said.
+    Range(f64, f64, Option<u32>),
+}
+
+/// Reads ends and count of a range; `read` reads an end, given the text of the other for its unit.
+fn range(text: &str, read: impl Fn(&str) -> Result<f64, String>) -> Result<Span, String> {
+    let Some((from, rest)) = text.split_once("..") else { return read(text).map(Span::Fixed) };
+    let (to, count) = match rest.rsplit_once(':') {
+        None => (rest, None),
+        Some((to, count)) => match count.trim().parse::<u32>() {
+            Ok(count) if count >= 2 => (to, Some(count)),
+            Ok(count) => {
+                return Err(format!("{text} has a count of {count}: a range takes at least its two ends"));
+            }
+            Err(_) => return Err(format!("{count} is no count: write for instance {from}..{to}:11")),
+        },
+    };
+    // The last first: it carries the unit.
+    let (last, first) = (read(to)?, read(from)?);
+    if first < last {
+        Ok(Span::Range(first, last, count))
+    } else {
+        Err(format!("{text} does not lead upwards: write the smaller value first, or one value alone"))
+    }
+}
+
+/// Reads `VALUE`, `FROM..TO` or `FROM..TO:COUNT`; the unit behind the last value serves both.
+pub fn span(text: &str, kind: Kind) -> Result<Span, String> {
+    span_with(text, kind, "")
+}
+
+/// The same, where `unit` serves values without one.
+fn span_with(text: &str, kind: Kind, unit: &str) -> Result<Span, String> {
+    let unit = kind.unit_of(text).unwrap_or(unit);
+    range(text, |value| match value.trim().parse::<f64>() {
+        Ok(_) => scalar(&format!("{value}{unit}"), kind),
+        Err(_) => scalar(value, kind),
+    })
+}
+
+/// Three values or ranges: one unit behind the last serves all, or each has its own.
+pub fn span_vector(text: &str, kind: Kind) -> Result<[Span; 3], String> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let [x, y, z] = parts[..] else { return vector(text, kind).map(|v| v.map(Span::Fixed)) };
+    let unit = kind.unit_of(z).unwrap_or_default();
+    Ok([span_with(x, kind, unit)?, span_with(y, kind, unit)?, span_with(z, kind, unit)?])
+}
+
+/// Numbers without unit: one value or a range.
+pub fn bare_span(text: &str) -> Result<Span, String> {
+    range(text, |value| match value.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) => Err(format!("{value} is not a finite number")),
+        Err(_) => Err(format!("{value} is not a number; the unit is that of the key")),
+    })
+}
+
 /// A value for one follower: `K=VALUE`, or `VALUE` for tube 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ForTube {
+pub struct ForTube<T = f64> {
     /// Tube number as in the paper.
     pub tube: usize,
     /// Value in SI.
-    pub value: f64,
+    pub value: T,
 }
 
 /// Reads `[K=]VALUE`.
 pub fn for_tube(text: &str, kind: Kind) -> Result<ForTube, String> {
+    for_tube_with(text, |value| scalar(value, kind))
+}
+
+/// Reads `[K=]VALUE` or `[K=]FROM..TO:COUNT`.
+pub fn span_for_tube(text: &str, kind: Kind) -> Result<ForTube<Span>, String> {
+    for_tube_with(text, |value| span(value, kind))
+}
+
+fn for_tube_with<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<ForTube<T>, String> {
     let Some((tube, value)) = text.split_once('=') else {
-        return Ok(ForTube { tube: 2, value: scalar(text, kind)? });
+        return Ok(ForTube { tube: 2, value: read(text)? });
     };
     match tube.trim().parse::<usize>() {
         Ok(1) => Err("tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into()),
-        Ok(tube) if tube >= 2 => Ok(ForTube { tube, value: scalar(value, kind)? }),
+        Ok(tube) if tube >= 2 => Ok(ForTube { tube, value: read(value)? }),
         _ => Err(format!("{tube} is no tube number: write for instance 2={value}")),
     }
 }
@@ -131,7 +213,7 @@ pub fn for_tube(text: &str, kind: Kind) -> Result<ForTube, String> {
 #[cfg(test)]
 #[allow(clippy::float_cmp)]
 mod tests {
-    use super::{Kind, for_tube, scalar, vector};
+    use super::{Kind, Span, bare_span, for_tube, scalar, span, span_for_tube, span_vector, vector};
 
     #[test]
     fn units_become_si() {
@@ -150,6 +232,37 @@ mod tests {
         assert_eq!(vector("1mm, 2cm,3 mm", Kind::Length).unwrap(), [1e-3, 2e-2, 3e-3]);
         let third = for_tube("3=-1mm", Kind::Length).unwrap();
         assert_eq!((third.tube, third.value), (3, -1e-3));
+    }
+
+    #[test]
+    fn ranges_share_the_unit_behind() {
+        assert_eq!(span("5mm", Kind::Length), Ok(Span::Fixed(5e-3)));
+        assert_eq!(span("-7..7mm:141", Kind::Length), Ok(Span::Range(-7e-3, 7e-3, Some(141))));
+        assert_eq!(span("-700um..1 cm", Kind::Length), Ok(Span::Range(-700e-6, 1e-2, None)));
+        assert_eq!(span("1e-3..2e-3m:2", Kind::Length), Ok(Span::Range(1e-3, 2e-3, Some(2))));
+        let third = span_for_tube("3=0..1N:5", Kind::Force).unwrap();
+        assert_eq!((third.tube, third.value), (3, Span::Range(0.0, 1.0, Some(5))));
+        let [x, y, z] = span_vector("0,-1..1:3,0.5N", Kind::Force).unwrap();
+        assert_eq!([x, y, z], [Span::Fixed(0.0), Span::Range(-1.0, 1.0, Some(3)), Span::Fixed(0.5)]);
+        let [_, _, z] = span_vector("0,0,-500..500mN:3", Kind::Force).unwrap();
+        assert_eq!(z, Span::Range(-0.5, 0.5, Some(3)));
+        assert_eq!(bare_span("4.8..5.2:9"), Ok(Span::Range(4.8, 5.2, Some(9))));
+        for (text, part) in [
+            ("-7..7:141", "7 has no unit"),
+            ("7..-7mm:3", "the smaller value first"),
+            ("7..7mm:3", "the smaller value first"),
+            ("0..1mm:0", "a count of 0"),
+            ("0..1mm:1", "a count of 1"),
+            ("0..1mm:x", "x is no count"),
+            ("0..nanmm:3", "not a finite number"),
+            ("0..1N:3", "known units here: mm"),
+            ("..1mm:3", "the value is missing"),
+        ] {
+            let message = span(text, Kind::Length).unwrap_err();
+            assert!(message.contains(part), "{text}: {message}");
+        }
+        assert!(span_vector("0,1..2N:2", Kind::Force).unwrap_err().contains("2 components"));
+        assert!(bare_span("1mm").unwrap_err().contains("the unit is that of the key"));
     }
 
     #[test]

@@ -47,7 +47,7 @@ fn json(arguments: &[&str]) -> Value {
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in ["solve", "limits", "section", "check", "calibrate", "paper", ""] {
+    for task in ["solve", "limits", "sweep", "section", "check", "calibrate", "paper", ""] {
         let help = text(
             &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
                 .stdout,
@@ -59,7 +59,7 @@ fn every_example_of_the_help_works() {
             seen += 1;
         }
     }
-    assert!(seen >= 14, "only {seen} examples found");
+    assert!(seen >= 19, "only {seen} examples found");
     let left: Vec<String> = std::fs::read_dir(folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -78,6 +78,7 @@ fn every_command_of_the_documentation_works() {
         "docs/src/tutorial.md",
         "docs/src/results.md",
         "docs/src/limits.md",
+        "docs/src/sweeps.md",
         "docs/src/calibration.md",
         "docs/src/paper.md",
     ] {
@@ -92,7 +93,7 @@ fn every_command_of_the_documentation_works() {
             seen += 1;
         }
     }
-    assert!(seen >= 11, "only {seen} commands found");
+    assert!(seen >= 14, "only {seen} commands found");
 }
 
 #[test]

@@ -9,6 +9,7 @@
 use crate::result_format::Lines;
 use cppr::analysis::{Section, Shape, TubeSection};
 use cppr::design::Robot;
+use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
 use cppr::statics::{Frame, Loads, RotationKnob, Station};
 use cppr::{Matrix3, Vector3};
@@ -279,7 +280,6 @@ impl ResultRecord {
     /// What was asked and how it ended, without any number of the state.
     #[must_use]
     pub fn status_only(robot: &Robot, found: &Equilibrium) -> Self {
-        let resolution = found.settings.resolution;
         Self {
             schema: "cppr/equilibrium",
             schema_version: SCHEMA_VERSION,
@@ -290,18 +290,8 @@ impl ResultRecord {
                 tubes: robot.tube_count(),
             },
             command: CommandRecord::new(&found.command, robot),
-            formulation: match found.settings.formulation {
-                Formulation::Consistent => "consistent",
-                Formulation::Printed => "printed",
-            },
-            resolution: ResolutionRecord {
-                twist_modes: resolution.twist,
-                bending_y_modes: resolution.bending_y,
-                bending_z_modes: resolution.bending_z,
-                angle_modes: resolution.angle,
-                stretch_modes: resolution.stretch,
-                nodes: resolution.nodes,
-            },
+            formulation: formulation_name(found.settings.formulation),
+            resolution: found.settings.resolution.into(),
             status: match found.status {
                 Status::Converged => "converged",
                 Status::Unstable => "unstable",
@@ -330,8 +320,32 @@ impl ResultRecord {
     }
 }
 
+/// Word for a formulation.
+#[must_use]
+pub fn formulation_name(formulation: Formulation) -> &'static str {
+    match formulation {
+        Formulation::Consistent => "consistent",
+        Formulation::Printed => "printed",
+    }
+}
+
+impl From<Resolution> for ResolutionRecord {
+    fn from(resolution: Resolution) -> Self {
+        Self {
+            twist_modes: resolution.twist,
+            bending_y_modes: resolution.bending_y,
+            bending_z_modes: resolution.bending_z,
+            angle_modes: resolution.angle,
+            stretch_modes: resolution.stretch,
+            nodes: resolution.nodes,
+        }
+    }
+}
+
 impl CommandRecord {
-    fn new(command: &Command, robot: &Robot) -> Self {
+    /// What was asked of a robot.
+    #[must_use]
+    pub fn new(command: &Command, robot: &Robot) -> Self {
         let motion = |d: Drive| if let Drive::Motion(v) = d { Some(v) } else { None };
         let effort = |d: Drive| if let Drive::Effort(v) = d { Some(v) } else { None };
         let drives = command.actuators.iter().enumerate().map(|(f, a)| DriveRecord {

@@ -31,6 +31,10 @@ impl Resolution {
     /// Within 1e-4 L of the converged tip for every robot shipped, loaded or not.
     pub const SPATIAL: Self = Self { twist: 6, bending_y: 8, bending_z: 8, angle: 6, stretch: 0, nodes: 14 };
 
+    /// The modes that the paper takes in space, 3 + 3 + 3 + 2: a third of the unknowns of [`Self::SPATIAL`]. How far off
+    /// the tip is depends on robot and load.
+    pub const PAPER: Self = Self { twist: 3, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 6 };
+
     /// Five modes of K_Z, as the paper uses in the plane: nothing can leave the plane.
     pub const PLANAR: Self = Self { twist: 0, bending_y: 0, bending_z: 5, angle: 0, stretch: 0, nodes: 8 };
 

@@ -1,0 +1,297 @@
+//! `cppr sweep`: many poses of a robot into one table.
+
+use crate::Failure;
+use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
+use crate::output::{self, note, print};
+use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
+use cppr::analysis::{Freedom, Input};
+use cppr::solve::CommandProblem;
+use cppr_sweep::{
+    Axis, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
+    write_file,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr sweep robots/r1.toml --pull -7..7mm:15 --rotate -180..180deg:13 --output workspace.csv
+  cppr sweep robots/r1.toml --pull -7..7mm --rotate -90..90deg --tip-force 0,-0.2..0.2,0N --samples 200 --output samples.npz
+  cppr sweep robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 20 --output tolerance.csv
+  cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.csv --resume
+
+A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
+--rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
+robot file, in their own unit: a range, uniform(a,b) or normal(mean,deviation).
+The ending of the output says its format: .csv, .npz or .parquet. Every pose is a row, with its status.
+Ctrl-C or a crash loses at most the poses in work: the same command with --resume goes on.
+Exit codes: 0 done, 2 wrong input, 3 no pose has an equilibrium, 130 interrupted.";
+
+/// Arguments of `cppr sweep`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    /// Pull a follower by lengths. Without K= tube 2; repeat for more tubes
+    #[arg(long, value_name = "[K=]LENGTHS", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Length))]
+    pull: Vec<ForTube<Span>>,
+    /// Turn a follower's base
+    #[arg(long, value_name = "[K=]ANGLES", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Angle))]
+    rotate: Vec<ForTube<Span>>,
+    /// Pull a follower with forces instead
+    #[arg(long, value_name = "[K=]FORCES", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Force))]
+    tension: Vec<ForTube<Span>>,
+    /// Turn a follower with torques instead
+    #[arg(long, value_name = "[K=]MOMENTS", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Moment))]
+    torque: Vec<ForTube<Span>>,
+    /// Force on the tip, base frame; each component a value or a range
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Force))]
+    tip_force: Option<[Span; 3]>,
+    /// Moment on the tip, base frame; each component a value or a range
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Moment))]
+    tip_moment: Option<[Span; 3]>,
+    /// Vary a number of the robot file, for instance tube1.notches.depth_mm=normal(5,0.05)
+    #[arg(long, value_name = "KEY=VALUES", value_parser = vary)]
+    vary: Vec<(String, Spread)>,
+    #[command(flatten)]
+    rest: RestArgs,
+    /// Solve this many quasi-random samples instead of a grid
+    #[arg(long, value_name = "N")]
+    samples: Option<u64>,
+    /// Other samples
+    #[arg(long, default_value_t = 0, requires = "samples")]
+    seed: u64,
+    /// Add the margin to instability, at about the cost of another solve
+    #[arg(long)]
+    margin: bool,
+    /// The table: .csv, .npz or .parquet
+    #[arg(long, value_name = "FILE")]
+    output: PathBuf,
+    /// Go on where this sweep was interrupted, if it was
+    #[arg(long)]
+    resume: bool,
+    /// Threads; 0 for all of the machine
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    threads: u16,
+}
+
+/// Values of a key of the robot file.
+#[derive(Clone, Copy)]
+enum Spread {
+    Span(Span),
+    Normal(f64, f64),
+}
+
+fn vary(text: &str) -> Result<(String, Spread), String> {
+    let example = "write a key and its values, for instance tube1.notches.depth_mm=normal(5,0.05)";
+    let (key, values) = text.split_once('=').ok_or(example)?;
+    let (key, values) = (key.trim(), values.trim());
+    if key.is_empty() {
+        return Err(example.into());
+    }
+    let pair = |name: &str| -> Option<Result<(f64, f64), String>> {
+        let inside = values.strip_prefix(name)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
+        let parts: Vec<_> = inside.split(',').map(|part| part.trim().parse::<f64>()).collect();
+        Some(match parts[..] {
+            [Ok(a), Ok(b)] if a.is_finite() && b.is_finite() => Ok((a, b)),
+            _ => Err(format!("{name} takes two numbers, for instance {name}(4.9,5.1)")),
+        })
+    };
+    let spread = if let Some(pair) = pair("normal") {
+        let (mean, deviation) = pair?;
+        if deviation <= 0.0 {
+            return Err(format!("the standard deviation is {deviation}: it must be positive"));
+        }
+        Spread::Normal(mean, deviation)
+    } else if let Some(pair) = pair("uniform") {
+        let (from, to) = pair?;
+        if from >= to {
+            return Err(format!("{values}: write the smaller value first"));
+        }
+        Spread::Span(Span::Range(from, to, None))
+    } else {
+        match bare_span(values)? {
+            Span::Fixed(_) => return Err(format!("{values} is one value: write it into the robot file")),
+            span @ Span::Range(..) => Spread::Span(span),
+        }
+    };
+    Ok((key.into(), spread))
+}
+
+/// Solves and writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let shown = args.output.display();
+    let format = Format::of(&args.output)
+        .ok_or_else(|| Failure::Input(format!("{shown}: tables are written as .csv, .npz or .parquet")))?;
+    if !format.is_available() {
+        return Err(Failure::Input(format!(
+            "{shown}: this program was built without Parquet. Write .csv or .npz, or build it with\n  \
+             cargo build --release --features parquet"
+        )));
+    }
+    output::check(&args.robot, &[("--output", Some(&args.output))])?;
+    if args.output.exists() && !args.output.is_file() {
+        return Err(Failure::Input(format!(
+            "--output {shown}: this is no file; a table is put together in one"
+        )));
+    }
+    let task = task(args)?;
+    let rows = task.rows();
+    let start = Instant::now();
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&stop);
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(|error| Failure::Input(format!("Ctrl-C cannot be caught: {error}")))?;
+    let options = FileOptions { threads: args.threads.into(), resume: args.resume, format, stop: &stop };
+    let bar = ProgressBar::new(rows);
+    if let Ok(style) = ProgressStyle::with_template(
+        "{bar:30} {human_pos}/{human_len} poses, {per_sec}, {elapsed}, {eta} left",
+    ) {
+        bar.set_style(style);
+    }
+    let mut before = None;
+    let progress = |done: u64| {
+        if before.is_none() {
+            before = Some(done);
+            bar.reset_elapsed();
+            bar.set_position(done);
+            bar.reset_eta();
+        }
+        bar.set_position(done);
+    };
+    let finished = write_file(&task, &args.output, &options, progress, |_| {});
+    bar.finish_and_clear();
+    let finished = finished.map_err(|problem| failure(args, &problem))?;
+    let solved = rows - before.unwrap_or_default();
+    let text = summary(args, &task, &finished, solved, start.elapsed().as_secs_f64());
+    if Verdict::ALL.iter().zip(finished.counts).any(|(v, n)| v.is_equilibrium() && n > 0) {
+        print(&text)
+    } else {
+        note(&text);
+        Err(Failure::NoEquilibrium(format!("{}: no pose has an equilibrium", task.robot.design().name)))
+    }
+}
+
+fn failure(args: &Args, problem: &FileProblem) -> Failure {
+    let parts = parts_of(&args.output);
+    let parts = parts.display();
+    match problem {
+        FileProblem::Stopped(..) => {
+            Failure::Interrupted(format!("{problem}; the same command with --resume goes on"))
+        }
+        FileProblem::Unfinished(_) => Failure::Input(format!(
+            "{parts} holds an unfinished sweep: add --resume to go on with it, or remove that folder to begin anew"
+        )),
+        FileProblem::Io(..) => {
+            Failure::Input(format!("{problem}. What is solved is kept in {parts}; --resume goes on"))
+        }
+        _ => Failure::Input(problem.to_string()),
+    }
+}
+
+/// The task that the arguments describe.
+fn task(args: &Args) -> Result<Task, Failure> {
+    let (_, robot) = read_robot(&args.robot)?;
+    let robot_text = std::fs::read_to_string(&args.robot)
+        .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
+    // One pose of the sweep, to check options and loads as those of any pose; not at a zero, which would hide an input.
+    let seen = |span: Span| match span {
+        Span::Range(from, to, _) if from.abs() <= 0.0 => to,
+        Span::Fixed(value) | Span::Range(value, ..) => value,
+    };
+    let each = |list: &[ForTube<Span>]| -> Vec<ForTube> {
+        list.iter().map(|f| ForTube { tube: f.tube, value: seen(f.value) }).collect()
+    };
+    let command = CommandArgs {
+        drive: DriveArgs {
+            pull: each(&args.pull),
+            rotate: each(&args.rotate),
+            tension: each(&args.tension),
+            torque: each(&args.torque),
+            tip_force: args.tip_force.map(|v| v.map(seen)),
+            tip_moment: args.tip_moment.map(|v| v.map(seen)),
+        },
+        rest: args.rest.clone(),
+    };
+    let (base, settings) = (command.command(&robot)?, command.settings());
+    match base.check(&robot, &settings) {
+        // Too far for this pose need not be so for the others.
+        Ok(()) | Err(CommandProblem::TooFar { .. }) => {}
+        Err(problem) => return Err(Failure::Input(problem.to_string())),
+    }
+    let plan = match args.samples {
+        Some(count) => Plan::Samples { count, seed: args.seed },
+        None => Plan::Grid,
+    };
+    let axes = axes(args)?;
+    Ok(Task { robot, robot_text, base, settings, axes, plan, margin: args.margin })
+}
+
+fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
+    let mut axes = Vec::new();
+    let mut add = |option: &str, variable: Variable, spread: Spread| {
+        let fail = |message: &str| Err(Failure::Input(format!("{option}: {message}")));
+        let values = match (spread, args.samples) {
+            (Spread::Span(Span::Fixed(_)), _) => return Ok(()),
+            (Spread::Span(Span::Range(from, to, Some(count))), None) => Values::Range { from, to, count },
+            (Spread::Span(Span::Range(from, to, None)), Some(_)) => Values::Range { from, to, count: 0 },
+            (Spread::Span(Span::Range(_, _, Some(_))), Some(_)) => {
+                return fail("with --samples a range has no count, write FROM..TO");
+            }
+            (Spread::Span(Span::Range(_, _, None)), None) => {
+                return fail("say how many values, FROM..TO:COUNT, or take --samples N");
+            }
+            (Spread::Normal(mean, deviation), Some(_)) => Values::Normal { mean, deviation },
+            (Spread::Normal(..), None) => return fail("a normal distribution is sampled, add --samples N"),
+        };
+        axes.push(Axis { variable, values });
+        Ok(())
+    };
+    for (key, spread) in &args.vary {
+        add(&format!("--vary {key}"), Variable::Design(key.clone()), *spread)?;
+    }
+    // The tip load is the first of the wrenches.
+    for (component, span) in args.tip_force.into_iter().flatten().enumerate() {
+        add("--tip-force", Variable::Force { wrench: 0, component }, Spread::Span(span))?;
+    }
+    for (component, span) in args.tip_moment.into_iter().flatten().enumerate() {
+        add("--tip-moment", Variable::Moment { wrench: 0, component }, Spread::Span(span))?;
+    }
+    for (option, list, freedom, is_motion) in [
+        ("--pull", &args.pull, Freedom::PushPull, true),
+        ("--tension", &args.tension, Freedom::PushPull, false),
+        ("--rotate", &args.rotate, Freedom::Rotation, true),
+        ("--torque", &args.torque, Freedom::Rotation, false),
+    ] {
+        for &ForTube { tube, value } in list {
+            add(option, Variable::Actuator(Input { tube, freedom, is_motion }), Spread::Span(value))?;
+        }
+    }
+    if axes.is_empty() {
+        return Err(Failure::Input(
+            "nothing varies: give a range, for instance --pull -5..5mm:11, or use cppr solve".into(),
+        ));
+    }
+    Ok(axes)
+}
+
+fn summary(args: &Args, task: &Task, finished: &Finished, solved: u64, seconds: f64) -> String {
+    let rate = solved as f64 / seconds;
+    let mut text = format!(
+        "{}: {} poses in {}; {solved} solved now in {seconds:.2} s, {rate:.0} per second\n",
+        task.robot.design().name,
+        task.rows(),
+        args.output.display(),
+    );
+    for ((verdict, count), first) in Verdict::ALL.iter().zip(finished.counts).zip(finished.first) {
+        if let Some(first) = first {
+            let _ = writeln!(text, "  {:<26}{count:>10}   first in row {first}", verdict.text());
+        }
+    }
+    text
+}

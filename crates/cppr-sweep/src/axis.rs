@@ -1,0 +1,149 @@
+//! What varies in a sweep, and over which values.
+
+use cppr::analysis::{Freedom, Input};
+use cppr::solve::{Command, Drive};
+use cppr::statics::Station;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// One input that varies. Values of actuators and loads are in SI.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Variable {
+    /// An actuator: its motion or its effort (m, rad, N, N m).
+    Actuator(Input),
+    /// Component 0 to 2 of the force of a wrench among the loads of the task's command (N).
+    Force {
+        /// Index among the wrenches.
+        wrench: usize,
+        /// Component.
+        component: usize,
+    },
+    /// Component 0 to 2 of the moment of a wrench (N m).
+    Moment {
+        /// Index among the wrenches.
+        wrench: usize,
+        /// Component.
+        component: usize,
+    },
+    /// A number of the robot file, in the unit of its key: `tube2.notches.depth_mm`.
+    Design(String),
+}
+
+/// The values of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Values {
+    /// Equally spaced from one end to the other, both included; sampled uniformly between them.
+    Range {
+        /// First value.
+        from: f64,
+        /// Last value.
+        to: f64,
+        /// How many; 0 where the axis is sampled.
+        count: u32,
+    },
+    /// Normally distributed; sampled only.
+    Normal {
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
+    },
+}
+
+/// One axis of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// What varies.
+    pub variable: Variable,
+    /// Over what.
+    pub values: Values,
+}
+
+impl Variable {
+    /// Name of its column, with the unit.
+    #[must_use]
+    pub fn column(&self, base: &Command) -> String {
+        let component = |c: usize| ["x", "y", "z"][c.min(2)];
+        let place = |wrench: usize| match base.loads.wrenches.get(wrench).map(|w| w.station) {
+            Some(Station::Tip) => "tip".to_owned(),
+            _ => format!("load{}", wrench + 1),
+        };
+        match self {
+            Self::Actuator(Input { tube, freedom, is_motion }) => {
+                let what = match (freedom, is_motion) {
+                    (Freedom::PushPull, true) => "pull_m",
+                    (Freedom::PushPull, false) => "tension_N",
+                    (Freedom::Rotation, true) => "rotation_rad",
+                    (Freedom::Rotation, false) => "torque_Nm",
+                };
+                format!("input_tube{tube}_{what}")
+            }
+            Self::Force { wrench, component: c } => {
+                format!("input_{}_force_{}_N", place(*wrench), component(*c))
+            }
+            Self::Moment { wrench, component: c } => {
+                format!("input_{}_moment_{}_Nm", place(*wrench), component(*c))
+            }
+            Self::Design(key) => format!("input_{key}"),
+        }
+    }
+
+    /// Puts a value into a command; a design key leaves it as it is.
+    pub(crate) fn put(&self, command: &mut Command, value: f64) {
+        match *self {
+            Self::Actuator(Input { tube, freedom, is_motion }) => {
+                let drive = if is_motion { Drive::Motion(value) } else { Drive::Effort(value) };
+                if let Some(actuator) = command.actuators.get_mut(tube.wrapping_sub(2)) {
+                    match freedom {
+                        Freedom::PushPull => actuator.push_pull = drive,
+                        Freedom::Rotation => actuator.rotation = drive,
+                    }
+                }
+            }
+            Self::Force { wrench, component } => {
+                if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
+                    wrench.force[component] = value;
+                }
+            }
+            Self::Moment { wrench, component } => {
+                if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
+                    wrench.moment[component] = value;
+                }
+            }
+            Self::Design(_) => {}
+        }
+    }
+}
+
+impl Values {
+    /// Value number `index` of a grid.
+    pub(crate) fn at(&self, index: u64) -> f64 {
+        match *self {
+            Self::Range { from, count: 0 | 1, .. } => from,
+            Self::Range { to, count, .. } if index + 1 == u64::from(count) => to,
+            Self::Range { from, to, count } => {
+                let share = index as f64 / f64::from(count - 1);
+                from * (1.0 - share) + to * share
+            }
+            Self::Normal { mean, .. } => mean,
+        }
+    }
+
+    /// The value below which the share 0 < `u` < 1 of all samples lies.
+    pub(crate) fn quantile(&self, u: f64) -> f64 {
+        match *self {
+            Self::Range { from, to, .. } => from * (1.0 - u) + to * u,
+            Self::Normal { mean, deviation } => match Normal::new(mean, deviation) {
+                Ok(normal) => normal.inverse_cdf(u),
+                Err(_) => f64::NAN,
+            },
+        }
+    }
+
+    /// Number of grid values.
+    pub(crate) fn count(&self) -> u64 {
+        match *self {
+            Self::Range { count, .. } => u64::from(count),
+            Self::Normal { .. } => 0,
+        }
+    }
+}

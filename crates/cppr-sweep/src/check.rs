@@ -1,0 +1,127 @@
+//! What a task cannot be.
+
+use crate::axis::{Values, Variable};
+use crate::design::{DesignKeys, KeyProblem};
+use crate::task::{MOST_POSES, Plan, Task};
+use cppr::analysis::Freedom;
+use std::fmt;
+
+/// What is wrong with a task. `axis` is the name of its column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TaskProblem {
+    /// Nothing varies.
+    NoAxis,
+    /// There is no pose.
+    NoPose,
+    /// Too many poses: how many, and bytes per row.
+    TooMany(u64, u64),
+    /// Two axes set the same input.
+    Twice(String),
+    /// An axis has values that are not finite or a deviation that is not positive.
+    Values(String),
+    /// A distribution in a grid.
+    NotSampled(String),
+    /// An actuator, a load or a component that is not there.
+    NoSuchInput(String),
+    /// A design key.
+    Key(KeyProblem),
+}
+
+impl fmt::Display for TaskProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoAxis => write!(f, "nothing varies: give a range to at least one input"),
+            Self::NoPose => write!(f, "there is no pose to solve: every count must be at least 1"),
+            Self::TooMany(rows, bytes) => write!(
+                f,
+                "these are {:.1e} poses, {:.1} GB of results; one sweep takes up to {MOST_POSES:.0e}. Lower the counts, or take --samples",
+                *rows as f64,
+                *rows as f64 * *bytes as f64 * 1e-9
+            ),
+            Self::Twice(axis) => write!(f, "{axis} varies twice"),
+            Self::Values(axis) => {
+                write!(f, "{axis}: ends and mean must be finite numbers and the deviation positive")
+            }
+            Self::NotSampled(axis) => {
+                write!(f, "{axis}: a normal distribution has no grid of values; take samples")
+            }
+            Self::NoSuchInput(axis) => write!(f, "{axis}: the robot has no such actuator or load"),
+            Self::Key(problem) => problem.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for TaskProblem {}
+
+impl Task {
+    /// Checks the task as a whole; single poses that cannot be asked for are rows of the result.
+    ///
+    /// # Errors
+    /// The first problem found.
+    pub fn check(&self) -> Result<(), TaskProblem> {
+        if self.axes.is_empty() {
+            return Err(TaskProblem::NoAxis);
+        }
+        for (i, axis) in self.axes.iter().enumerate() {
+            let name = axis.variable.column(&self.base);
+            if self.axes[..i].iter().any(|other| same_input(&other.variable, &axis.variable)) {
+                return Err(TaskProblem::Twice(name));
+            }
+            let sound = match axis.values {
+                Values::Range { from, to, .. } => from.is_finite() && to.is_finite(),
+                Values::Normal { mean, deviation } => {
+                    mean.is_finite() && deviation.is_finite() && deviation > 0.0
+                }
+            };
+            if !sound {
+                return Err(TaskProblem::Values(name));
+            }
+            if self.plan == Plan::Grid && matches!(axis.values, Values::Normal { .. }) {
+                return Err(TaskProblem::NotSampled(name));
+            }
+            let (tubes, wrenches) = (self.robot.tube_count(), self.base.loads.wrenches.len());
+            let there = match axis.variable {
+                Variable::Actuator(input) => (2..=tubes).contains(&input.tube),
+                Variable::Force { wrench, component } | Variable::Moment { wrench, component } => {
+                    wrench < wrenches && component < 3
+                }
+                Variable::Design(_) => true,
+            };
+            if !there {
+                return Err(TaskProblem::NoSuchInput(name));
+            }
+        }
+        let rows = self.rows();
+        if rows == 0 {
+            return Err(TaskProblem::NoPose);
+        }
+        if rows > MOST_POSES {
+            return Err(TaskProblem::TooMany(rows, 8 * self.columns().len() as u64));
+        }
+        if self.varies_design() {
+            DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(TaskProblem::Key)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn design_keys(&self) -> Vec<&str> {
+        self.axes
+            .iter()
+            .filter_map(|axis| match &axis.variable {
+                Variable::Design(key) => Some(key.as_str()),
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+/// Motion and effort of one freedom are the same input.
+fn same_input(a: &Variable, b: &Variable) -> bool {
+    match (a, b) {
+        (Variable::Actuator(a), Variable::Actuator(b)) => {
+            a.tube == b.tube
+                && matches!(a.freedom, Freedom::PushPull) == matches!(b.freedom, Freedom::PushPull)
+        }
+        _ => a == b,
+    }
+}

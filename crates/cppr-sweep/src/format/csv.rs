@@ -1,0 +1,62 @@
+//! CSV: shortest numbers that read back to the same bits, NaN where there is none.
+
+use super::Source;
+use crate::table::{Chunk, Column, Kind, Verdict};
+use rayon::prelude::*;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+
+/// Chunks that are formatted side by side.
+const BATCH: u64 = 32;
+
+pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
+    let mut out = BufWriter::new(file);
+    writeln!(out, "# {}", source.manifest)?;
+    let names: Vec<&str> = source
+        .columns
+        .iter()
+        .flat_map(|column| {
+            let text = (column.kind == Kind::Status).then_some("status_text");
+            std::iter::once(column.name.as_str()).chain(text)
+        })
+        .collect();
+    writeln!(out, "{}", names.join(","))?;
+    let mut next = 0;
+    while next < source.chunks {
+        let batch = next..source.chunks.min(next + BATCH);
+        next = batch.end;
+        let chunks: Vec<Chunk> =
+            batch.filter_map(|c| source.journal.read(c).transpose()).collect::<io::Result<_>>()?;
+        let texts: Vec<Vec<u8>> = chunks.par_iter().map(|chunk| lines(chunk, source.columns)).collect();
+        for text in texts {
+            out.write_all(&text)?;
+        }
+    }
+    out.into_inner().map_err(io::IntoInnerError::into_error)
+}
+
+fn lines(chunk: &Chunk, columns: &[Column]) -> Vec<u8> {
+    let mut text = Vec::with_capacity(chunk.rows * columns.len() * 20);
+    let mut number = zmij::Buffer::new();
+    for row in 0..chunk.rows {
+        for (c, column) in columns.iter().enumerate() {
+            if c > 0 {
+                text.push(b',');
+            }
+            let value = chunk.column(c)[row];
+            let written = number.format(value);
+            match column.kind {
+                Kind::Number => text.extend_from_slice(written.as_bytes()),
+                Kind::Count => text.extend_from_slice(written.trim_end_matches(".0").as_bytes()),
+                Kind::Status => {
+                    text.extend_from_slice(written.trim_end_matches(".0").as_bytes());
+                    text.push(b',');
+                    let word = Verdict::from_code(value).map_or("", Verdict::text);
+                    text.extend_from_slice(word.as_bytes());
+                }
+            }
+        }
+        text.push(b'\n');
+    }
+    text
+}

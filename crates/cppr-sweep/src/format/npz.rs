@@ -1,0 +1,54 @@
+//! NPZ: an uncompressed zip of NumPy arrays, written column by column.
+
+use super::Source;
+use crate::table::Kind;
+use npyz::{AutoSerialize, WriteOptions, WriterBuilder};
+use std::fs::File;
+use std::io::{self, BufWriter};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// Bytes beyond which an entry needs the long form of the zip format; headers included.
+const LONG: u64 = 1 << 31;
+
+type Zip = ZipWriter<BufWriter<File>>;
+
+pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
+    let mut zip = ZipWriter::new(BufWriter::new(file));
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(source.rows * 8 >= LONG);
+    for (index, column) in source.columns.iter().enumerate() {
+        zip.start_file(format!("{}.npy", column.name), options)?;
+        match column.kind {
+            Kind::Number => put(source, &mut zip, index, |v| v)?,
+            // Codes and counts are small whole numbers.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            Kind::Status => put(source, &mut zip, index, |v| v as u8)?,
+            #[allow(clippy::cast_possible_truncation)]
+            Kind::Count => put(source, &mut zip, index, |v| v as i32)?,
+        }
+    }
+    zip.start_file("metadata.npy", options)?;
+    let mut array = begin(&mut zip, source.manifest.len() as u64)?;
+    array.extend(source.manifest.bytes())?;
+    array.finish()?;
+    zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)
+}
+
+fn begin<T: AutoSerialize>(zip: &mut Zip, count: u64) -> io::Result<npyz::NpyWriter<T, &mut Zip>> {
+    WriteOptions::new().default_dtype().shape(&[count]).writer(zip).begin_nd()
+}
+
+fn put<T: AutoSerialize>(
+    source: &mut Source,
+    zip: &mut Zip,
+    column: usize,
+    convert: impl Fn(f64) -> T,
+) -> io::Result<()> {
+    let mut array = begin(zip, source.rows)?;
+    for chunk in 0..source.chunks {
+        array.extend(source.journal.read_column(chunk, column)?.into_iter().map(&convert))?;
+    }
+    array.finish()
+}

@@ -1,0 +1,92 @@
+//! Parquet: one row group per some ten thousand rows, nulls where there is no number.
+
+use super::Source;
+use crate::table::{Chunk, Column, Kind, Verdict};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::fs::File;
+use std::io;
+use std::sync::Arc;
+
+/// Rows of a group, at least; held in memory together.
+const GROUP: usize = 32_768;
+
+pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
+    // A dictionary serves the few words of the status; numbers hardly repeat.
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_dictionary_enabled(false)
+        .set_column_dictionary_enabled("status_text".into(), true)
+        .set_key_value_metadata(Some(vec![KeyValue::new("cppr".into(), Some(source.manifest.into()))]))
+        .set_created_by(format!("cppr {}", env!("CARGO_PKG_VERSION")))
+        .build();
+    let schema = Arc::new(schema(source.columns).map_err(io::Error::other)?);
+    let mut writer =
+        SerializedFileWriter::new(file, schema, Arc::new(properties)).map_err(io::Error::other)?;
+    let mut group: Vec<Chunk> = Vec::new();
+    for number in 0..source.chunks {
+        group.extend(source.journal.read(number)?);
+        if number + 1 == source.chunks || group.iter().map(|chunk| chunk.rows).sum::<usize>() >= GROUP {
+            put(&mut writer, source.columns, &group).map_err(io::Error::other)?;
+            group.clear();
+        }
+    }
+    writer.into_inner().map_err(io::Error::other)
+}
+
+fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
+    let field = |name: &str, physical, repetition| {
+        Type::primitive_type_builder(name, physical).with_repetition(repetition)
+    };
+    let mut fields = Vec::new();
+    for Column { name, kind } in columns {
+        let built = match kind {
+            Kind::Number => field(name, Physical::DOUBLE, Repetition::OPTIONAL).build(),
+            Kind::Count | Kind::Status => field(name, Physical::INT32, Repetition::REQUIRED).build(),
+        };
+        fields.push(Arc::new(built?));
+        if *kind == Kind::Status {
+            let text = field("status_text", Physical::BYTE_ARRAY, Repetition::REQUIRED);
+            fields.push(Arc::new(text.with_logical_type(Some(LogicalType::String)).build()?));
+        }
+    }
+    Type::group_type_builder("sweep").with_fields(fields).build()
+}
+
+fn put(
+    writer: &mut SerializedFileWriter<File>,
+    columns: &[Column],
+    group: &[Chunk],
+) -> Result<(), ParquetError> {
+    let missing = || ParquetError::General("a column is missing".into());
+    let mut rows = writer.next_row_group()?;
+    for (index, column) in columns.iter().enumerate() {
+        let values = || group.iter().flat_map(|chunk| chunk.column(index)).copied();
+        let mut out = rows.next_column()?.ok_or_else(missing)?;
+        if column.kind == Kind::Number {
+            let there: Vec<f64> = values().filter(|v| !v.is_nan()).collect();
+            let levels: Vec<i16> = values().map(|v| i16::from(!v.is_nan())).collect();
+            out.typed::<DoubleType>().write_batch(&there, Some(&levels), None)?;
+        } else {
+            // Codes and counts are small whole numbers.
+            #[allow(clippy::cast_possible_truncation)]
+            let whole: Vec<i32> = values().map(|v| v as i32).collect();
+            out.typed::<Int32Type>().write_batch(&whole, None, None)?;
+        }
+        out.close()?;
+        if column.kind == Kind::Status {
+            let words: Vec<ByteArray> =
+                values().map(|v| Verdict::from_code(v).map_or("", Verdict::text).into()).collect();
+            let mut out = rows.next_column()?.ok_or_else(missing)?;
+            out.typed::<ByteArrayType>().write_batch(&words, None, None)?;
+            out.close()?;
+        }
+    }
+    rows.close()?;
+    Ok(())
+}

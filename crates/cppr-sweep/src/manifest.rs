@@ -1,0 +1,84 @@
+//! What a sweep is, as JSON: written into every result, and compared before an interrupted sweep goes on.
+
+use crate::axis::Values;
+use crate::table::{Kind, Verdict};
+use crate::task::{Plan, Task};
+use cppr_io::result::{CommandRecord, ResolutionRecord, formulation_name};
+use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
+
+/// Version of the columns and of this description.
+pub(crate) const SCHEMA_VERSION: u32 = 1;
+
+pub(crate) fn manifest(task: &Task) -> Value {
+    let axes: Vec<Value> = task
+        .axes
+        .iter()
+        .map(|axis| {
+            let column = axis.variable.column(&task.base);
+            match axis.values {
+                Values::Range { from, to, count: 0 } => json!({ "column": column, "from": from, "to": to }),
+                Values::Range { from, to, count } => {
+                    json!({ "column": column, "from": from, "to": to, "count": count })
+                }
+                Values::Normal { mean, deviation } => {
+                    json!({ "column": column, "mean": mean, "standard_deviation": deviation })
+                }
+            }
+        })
+        .collect();
+    let plan = match &task.plan {
+        Plan::Grid => json!({ "kind": "grid" }),
+        Plan::Samples { count, seed } => {
+            json!({ "kind": "samples", "count": count, "seed": seed, "sequence": "scrambled Halton" })
+        }
+        Plan::List(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+            json!({ "kind": "list", "sha256": hex(&bytes) })
+        }
+    };
+    let codes: Map<String, Value> =
+        Verdict::ALL.iter().map(|v| (v.code().to_string(), v.text().into())).collect();
+    let columns: Vec<Value> = task
+        .columns()
+        .into_iter()
+        .map(|column| {
+            let kind = match column.kind {
+                Kind::Number => "number",
+                Kind::Status => "status",
+                Kind::Count => "count",
+            };
+            json!({ "name": column.name, "kind": kind })
+        })
+        .collect();
+    json!({
+        "schema": "cppr/sweep",
+        "schema_version": SCHEMA_VERSION,
+        "cppr_version": env!("CARGO_PKG_VERSION"),
+        "robot": task.robot.design().name,
+        "robot_length_m": task.robot.length(),
+        "robot_file": task.robot_text,
+        "robot_file_sha256": hex(task.robot_text.as_bytes()),
+        "command": CommandRecord::new(&task.base, &task.robot),
+        "formulation": formulation_name(task.settings.formulation),
+        "resolution": ResolutionRecord::from(task.settings.resolution),
+        "tolerance": task.settings.tolerance,
+        "plan": plan,
+        "axes": axes,
+        "rows": task.rows(),
+        "columns": columns,
+        "status_codes": codes,
+    })
+}
+
+/// Names of the entries in which two descriptions differ.
+pub(crate) fn differences(one: &Value, other: &Value) -> Vec<String> {
+    let (Some(one), Some(other)) = (one.as_object(), other.as_object()) else {
+        return vec!["everything".into()];
+    };
+    one.iter().filter(|(key, value)| other.get(*key) != Some(value)).map(|(key, _)| key.clone()).collect()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
+}

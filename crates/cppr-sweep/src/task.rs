@@ -1,0 +1,140 @@
+//! What is asked of a sweep.
+
+use crate::axis::{Axis, Variable};
+use crate::chunking::Chunking;
+use crate::halton::Halton;
+use crate::table::{Column, Kind};
+use cppr::design::Robot;
+use cppr::solve::{Command, Settings};
+
+/// Most poses of one task: a thousand million rows are some 200 GB.
+pub const MOST_POSES: u64 = 1_000_000_000;
+
+/// Which combinations of the axes' values are solved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plan {
+    /// All; the last axis varies fastest.
+    Grid,
+    /// Scrambled Halton points, mapped through the quantiles of each axis.
+    Samples {
+        /// How many.
+        count: u64,
+        /// Same seed, same samples.
+        seed: u64,
+    },
+    /// These: row after row, one value per axis (SI; a design key's own unit).
+    List(Vec<f64>),
+}
+
+/// A sweep of a robot.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The robot as its file says.
+    pub robot: Robot,
+    /// The text of its file; may be empty where no axis varies the design.
+    pub robot_text: String,
+    /// What all poses have in common.
+    pub base: Command,
+    /// How to solve.
+    pub settings: Settings,
+    /// What varies, slowest first.
+    pub axes: Vec<Axis>,
+    /// Which poses.
+    pub plan: Plan,
+    /// Compute the margin to instability of every pose, at about the cost of another solve.
+    pub margin: bool,
+}
+
+impl Task {
+    /// The columns: inputs, status, tip, actuators, energy, margin where asked for, Newton steps.
+    #[must_use]
+    pub fn columns(&self) -> Vec<Column> {
+        let number = |name: String| Column { name, kind: Kind::Number };
+        let mut columns: Vec<Column> =
+            self.axes.iter().map(|axis| number(axis.variable.column(&self.base))).collect();
+        columns.push(Column { name: "status".into(), kind: Kind::Status });
+        let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
+        columns.extend(tip.map(|name| number(name.into())));
+        for tube in 2..2 + self.robot.follower_count() {
+            let own = ["pull_m", "rotation_rad", "tension_N", "torque_Nm"];
+            columns.extend(own.map(|name| number(format!("tube{tube}_{name}"))));
+        }
+        columns.push(number("elastic_energy_J".into()));
+        if self.margin {
+            columns.push(number("margin_to_instability".into()));
+        }
+        columns.push(Column { name: "newton_steps".into(), kind: Kind::Count });
+        columns
+    }
+
+    /// Rows in all; saturates where they are beyond counting.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        match &self.plan {
+            Plan::Grid => self.axes.iter().fold(1, |n: u64, axis| n.saturating_mul(axis.values.count())),
+            Plan::Samples { count, .. } => *count,
+            Plan::List(values) => (values.len() / self.axes.len().max(1)) as u64,
+        }
+    }
+
+    /// Chunks in all. Check the task first.
+    #[must_use]
+    pub fn chunks(&self) -> u64 {
+        self.chunking().chunks
+    }
+
+    pub(crate) fn chunking(&self) -> Chunking {
+        match self.plan {
+            Plan::Grid => {
+                Chunking::new(&self.axes.iter().map(|axis| axis.values.count()).collect::<Vec<_>>())
+            }
+            _ => Chunking::new(&[self.rows()]),
+        }
+    }
+
+    pub(crate) fn varies_design(&self) -> bool {
+        self.axes.iter().any(|axis| matches!(axis.variable, Variable::Design(_)))
+    }
+}
+
+/// Reads the inputs of rows.
+pub(crate) struct Inputs<'a> {
+    task: &'a Task,
+    chunking: &'a Chunking,
+    halton: Option<Halton>,
+    digits: Vec<u64>,
+}
+
+impl<'a> Inputs<'a> {
+    pub fn new(task: &'a Task, chunking: &'a Chunking) -> Self {
+        let halton = match task.plan {
+            Plan::Samples { seed, .. } => Some(Halton::new(task.axes.len(), seed)),
+            _ => None,
+        };
+        Self { task, chunking, halton, digits: vec![0; task.axes.len()] }
+    }
+
+    /// Values of all axes in a row.
+    pub fn of(&mut self, row: u64, values: &mut [f64]) {
+        let axes = &self.task.axes;
+        match (&self.task.plan, &self.halton) {
+            (Plan::List(list), _) => {
+                // Rows of a list are counted by its length.
+                #[allow(clippy::cast_possible_truncation)]
+                let start = row as usize * axes.len();
+                values.copy_from_slice(&list[start..start + axes.len()]);
+            }
+            (_, Some(halton)) => {
+                for (j, (value, axis)) in values.iter_mut().zip(axes).enumerate() {
+                    *value = axis.values.quantile(halton.at(row, j));
+                }
+            }
+            _ => {
+                self.chunking.digits(row, &mut self.digits);
+                for ((value, axis), digit) in values.iter_mut().zip(axes).zip(&self.digits) {
+                    *value = axis.values.at(*digit);
+                }
+            }
+        }
+    }
+}
