@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
+use cppr::analysis::shape::{Shape, tip_pose};
 use cppr::design::{Robot, RobotDesign};
 use cppr::solve::{Command, Settings, Workspace, solve};
 use cppr::statics::Loads;
@@ -130,6 +130,39 @@ fn shear_moduli_and_offsets_of_single_tubes() {
     let fit = fitted(&["r1"], &csv, &names).unwrap();
     for (estimate, (name, want)) in fit.estimates.iter().zip(truth) {
         assert!((estimate.value / want - 1.0).abs() < 1e-5, "{name}: {} {want}", estimate.value);
+    }
+}
+
+/// Points along the centroid line of the follower and the centreline, with directions or without coordinates.
+#[test]
+fn shapes_and_directions_give_the_values_too() {
+    let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus@1", 4.6e9), ("shear_modulus@2", 1.7e9)];
+    let mut truly = design("r1");
+    set(&mut truly, &truth);
+    let robot = Robot::new(truly).unwrap();
+    let mut workspace = Workspace::new();
+    let head = "pull2_mm,rotate2_deg,tip_force_y_N,tip_force_z_N,at_mm,line,x_mm,y_mm,z_mm,\
+                direction_x,direction_y,direction_z,sigma_mm,sigma_deg\n";
+    let (mut shapes, mut directions) = (String::from(head), String::from(head));
+    for (pull, turn, load) in [(-5.0, 0.0, 0.1), (-2.0, 80.0, 0.0), (3.0, -60.0, 0.15), (6.0, 40.0, -0.1)] {
+        let loads = Loads::tip_force(Vector3::new(0.0, load, load));
+        let mut command = Command::pull(&[pull * 1e-3]).with_loads(loads);
+        command.actuators[0].rotation = cppr::solve::Drive::Motion(f64::to_radians(turn));
+        let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
+        for at in [40.0, 90.0, 150.0] {
+            let shape = Shape::at(&robot, &mut workspace, &found, &[at * 1e-3]);
+            let section = &shape.sections[0];
+            let (point, axis) = (section.tubes[1].centroid * 1e3, section.rotation.column(0));
+            let given = format!("{pull},{turn},{load},{load},{at}");
+            writeln!(shapes, "{given},tube2,{},{},{},,,,1e-3,", point.x, point.y, point.z).unwrap();
+            writeln!(directions, "{given},centre,,,,{},{},{},,1e-3", axis.x, axis.y, axis.z).unwrap();
+        }
+    }
+    for csv in [shapes, directions] {
+        let fit = fitted(&["r1"], &csv, &truth.map(|t| t.0)).unwrap();
+        for (estimate, (name, want)) in fit.estimates.iter().zip(truth) {
+            assert!((estimate.value / want - 1.0).abs() < 1e-5, "{name}: {} {want}", estimate.value);
+        }
     }
 }
 
