@@ -1,0 +1,97 @@
+"""Statics of concentric push-pull robots: nested, asymmetrically notched tubes, joined at the tip.
+
+SI throughout: m, rad, N, N m, Pa. Multiply by `mm` and `deg` where that reads better. Tube 1 is the leader, tubes
+2, 3, ... are followers; a bare number belongs to tube 2, ``{2: ..., 3: ...}`` names tubes. Base frame: origin in the
+middle of the baseplate, X along the robot at rest, angles about it from +Y towards +Z.
+
+>>> import cppr
+>>> robot = cppr.Robot.from_toml("robots/r3.toml")
+>>> eq = robot.solve(pull=5 * cppr.mm)
+>>> eq.tip_position.round(4)
+array([ 0.1344, -0.0549,  0.    ])
+"""
+
+from __future__ import annotations
+
+import math
+
+from . import _frames, _many, _plot, _show
+from ._calibrate import Calibration, Residual, calibrate
+from ._cppr import Equilibrium, Robot, Shape, __version__
+from ._design import (
+    Material,
+    NotchPattern,
+    NotchedTube,
+    PerNotch,
+    ProfileLike,
+    Settings,
+    StiffnessTube,
+    Table,
+    TubeLike,
+)
+from ._errors import (
+    CalibrationError,
+    CommandError,
+    Error,
+    NoEquilibrium,
+    Problem,
+    RobotError,
+    UnitWarning,
+)
+from ._loads import DistributedForce, Gravity, Load, Thread, VectorLike, Wrench
+from ._many import Solutions
+from ._section import SectionProperties, section
+from ._show import View
+
+mm = 1e-3
+"""One millimetre (m)."""
+deg = math.pi / 180
+"""One degree (rad)."""
+
+# Methods that need no speed are written in Python; the stub of `_cppr` describes them with the others.
+for _class, _method in (
+    (Robot, _many.solve_many),
+    (Equilibrium, _plot.plot),
+    (Equilibrium, _show.show),
+    (Equilibrium, _frames.to_dataframe),
+    (Equilibrium, _frames.to_xarray),
+):
+    setattr(_class, _method.__name__, _method)
+
+__all__ = [
+    "Calibration",
+    "CalibrationError",
+    "CommandError",
+    "DistributedForce",
+    "Equilibrium",
+    "Error",
+    "Gravity",
+    "Load",
+    "Material",
+    "NoEquilibrium",
+    "NotchPattern",
+    "NotchedTube",
+    "PerNotch",
+    "Problem",
+    "ProfileLike",
+    "Residual",
+    "Robot",
+    "RobotError",
+    "SectionProperties",
+    "Settings",
+    "Shape",
+    "Solutions",
+    "StiffnessTube",
+    "Table",
+    "Thread",
+    "TubeLike",
+    "UnitWarning",
+    "VectorLike",
+    "View",
+    "Wrench",
+    "__version__",
+    "calibrate",
+    "deg",
+    "mm",
+    "section",
+]

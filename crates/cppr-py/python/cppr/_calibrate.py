@@ -1,0 +1,110 @@
+"""Parameters from measured points."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _cppr
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Residual(NamedTuple):
+    """One measured number against the fitted model."""
+
+    row: int
+    """Line of the table, the head being line 1."""
+    what: str
+    """x, y, z of a point, or direction."""
+    value: float
+    """Model minus measurement (m, or rad for a component of a direction)."""
+    studentised: float
+    """Divided by its own expected deviation (-)."""
+    outlier: bool
+    """Improbable: one such among all would be expected in less than one of twenty data sets."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Fitted parameters; p of them."""
+
+    robots: tuple[_cppr.Robot, ...]
+    """The robots with the fitted parameters."""
+    parameters: tuple[str, ...]
+    """Names, as asked for."""
+    values: NDArray[np.float64]
+    """Fitted values (SI), shape (p,)."""
+    before: NDArray[np.float64]
+    """Values before the fit (SI), shape (p,)."""
+    deviations: NDArray[np.float64]
+    """Standard deviations (SI), shape (p,)."""
+    intervals: NDArray[np.float64]
+    """Half widths of the 95 % confidence intervals (SI), shape (p,)."""
+    correlation: NDArray[np.float64]
+    """Of the estimates, shape (p, p)."""
+    residuals: tuple[Residual, ...]
+    """One per measured number."""
+    scale: float
+    """Noise against the stated deviations: 1 where these are right and the model is (-)."""
+    rms: float
+    """Root mean square distance between measured and computed points (m)."""
+    rms_before: float
+    """The same before the fit (m)."""
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{name}: {value:.6g} ± {interval:.2g} (before {before:.6g})"
+            for name, value, interval, before in zip(
+                self.parameters, self.values, self.intervals, self.before
+            )
+        ]
+        distance = f"rms distance {self.rms * 1e3:.3f} mm (before {self.rms_before * 1e3:.3f} mm)"
+        return "\n".join(["Calibration, 95 % intervals", *lines, distance])
+
+
+def calibrate(
+    robots: _cppr.Robot | Iterable[_cppr.Robot],
+    data: Union[str, os.PathLike[str], pd.DataFrame],
+    fit: Sequence[str] = ("centroid_offset_factor", "youngs_modulus"),
+) -> Calibration:
+    """Fits parameters that all robots share to measured points.
+
+    `data` is the path of a CSV table or a pandas.DataFrame with its columns, whose names carry their units: robot,
+    pull2_mm, rotate2_deg, tip_force_y_N, x_mm, y_mm, z_mm, sigma_mm, ... (the book's page on calibration has all).
+    `fit` names parameters: centroid_offset_factor, youngs_modulus, shear_modulus, with ``@2`` for tube 2 alone.
+
+    Raises `CalibrationError` for wrong data and for parameters that the data cannot determine.
+    """
+    if isinstance(robots, _cppr.Robot):
+        robots = (robots,)
+    if isinstance(data, (str, os.PathLike)):
+        with open(data, encoding="utf-8") as file:
+            table = file.read()
+    elif hasattr(data, "to_csv"):
+        table = data.to_csv(index=False)
+    else:
+        kind = type(data).__name__
+        raise TypeError(f"data must be the path of a CSV table or a pandas.DataFrame, not {kind}")
+    if isinstance(fit, str):
+        raise TypeError(f'fit must be a sequence of names, such as ["{fit}"], not a text')
+    found = _cppr.calibrate(list(robots), table, list(fit))
+    return Calibration(
+        robots=tuple(found["robots"]),
+        parameters=tuple(found["parameters"]),
+        values=np.array(found["values"]),
+        before=np.array(found["before"]),
+        deviations=np.array(found["deviations"]),
+        intervals=np.array(found["intervals"]),
+        correlation=np.array(found["correlation"]),
+        residuals=tuple(Residual(*r) for r in found["residuals"]),
+        scale=found["scale"],
+        rms=found["rms"],
+        rms_before=found["rms_before"],
+    )

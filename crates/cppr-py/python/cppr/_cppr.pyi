@@ -1,0 +1,343 @@
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, final
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike, NDArray
+from pandas import DataFrame
+from typing_extensions import TypeAlias
+from xarray import Dataset
+
+from ._design import Settings, TubeLike
+from ._loads import Load, VectorLike
+from ._many import PerTube, Progress, Solutions
+from ._show import View
+
+_Floats: TypeAlias = NDArray[np.float64]
+_PerTubeNumber: TypeAlias = float | Mapping[int, float] | None
+
+__all__ = [
+    "__version__",
+    "Robot",
+    "Equilibrium",
+    "Shape",
+    "section",
+    "calibrate",
+    "solve_many",
+    "time_solves",
+    "time_many",
+]
+
+__version__: str
+
+@final
+class Robot:
+    """A checked robot. Immutable; any number of threads may solve with it at the same time.
+
+    `length` is the rest length of all tubes above the baseplate (m); `tubes` are the leader, then the followers from
+    outside to inside. Raises `RobotError` with everything that is wrong with the robot.
+    """
+
+    def __new__(cls, length: float, tubes: Sequence[TubeLike], name: str = "robot") -> Robot: ...
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> Robot:
+        """Reads a robot file. Raises `RobotError` with all its problems, each with its line."""
+
+    @staticmethod
+    def from_toml_text(text: str) -> Robot:
+        """Reads a robot from the text of a robot file. Raises `RobotError` as `from_toml`."""
+
+    @property
+    def name(self) -> str:
+        """Name."""
+
+    @property
+    def length(self) -> float:
+        """Rest length of every tube above the baseplate (m)."""
+
+    @property
+    def tubes(self) -> tuple[TubeLike, ...]:
+        """The tubes, the leader first; change them with `dataclasses.replace` and build another robot.
+
+        Profiles that are neither constant nor linear come as a `Table` of 257 values.
+        """
+
+    @property
+    def followers(self) -> tuple[int, ...]:
+        """Tube numbers of the followers: 2, 3, ..."""
+
+    @property
+    def is_planar(self) -> bool:
+        """True where all centroid lines at rest lie in the X-Y plane."""
+
+    def fields(self, x: ArrayLike, tube: int = 1) -> dict[str, _Floats]:
+        """Fields of a tube at rest abscissae `x` (m), shape (n,); x < 0 is below the baseplate. Each of shape (n,).
+
+        centroid_offset (m), bending_y, bending_z, torsion (N m²), axial (N, NaN where unknown), mass_per_length
+        (kg/m), direction of the centroid (rad), depth of the notches (m, NaN for a tube given by its stiffness).
+        """
+
+    def solve(
+        self,
+        pull: _PerTubeNumber = None,
+        rotate: _PerTubeNumber = None,
+        tension: _PerTubeNumber = None,
+        torque: _PerTubeNumber = None,
+        *,
+        tip_force: VectorLike | None = None,
+        tip_moment: VectorLike | None = None,
+        loads: Iterable[Load] | None = None,
+        start: Equilibrium | None = None,
+        settings: Settings | None = None,
+    ) -> Equilibrium:
+        """The equilibrium under prescribed motions or efforts and loads.
+
+        `pull` (m, push negative) and `rotate` (rad, right-handed about +X) prescribe motions of the followers below
+        the plate, `tension` (N) and `torque` (N m) efforts: a number for tube 2 or a dict from tube number to number.
+        What is not prescribed is held. `tip_force` (N) and `tip_moment` (N m), shape (3,), are dead loads at the
+        centre of the tip; `loads` holds others. `start` is an equilibrium of this robot to start at; without it the
+        solve starts from rest.
+
+        An unstable equilibrium is returned: see `Equilibrium.stable`. Raises `NoEquilibrium` where there is none,
+        `CommandError` for what cannot be asked of this robot; warns with `UnitWarning`.
+        """
+
+    def solve_many(
+        self,
+        pull: PerTube = None,
+        rotate: PerTube = None,
+        tension: PerTube = None,
+        torque: PerTube = None,
+        *,
+        tip_force: ArrayLike | None = None,
+        tip_moment: ArrayLike | None = None,
+        loads: Iterable[Load] | None = None,
+        settings: Settings | None = None,
+        jacobian: bool = False,
+        margin: bool = False,
+        sections: int = 0,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Solutions:
+        """Equilibria of many poses, on all cores, each from rest.
+
+        `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number
+        to array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P
+        of the result. `loads` act in every pose. `jacobian`, `margin` and `sections` (points of the centreline) ask
+        for more than tip and actuators. `progress` is True (a bar of tqdm) or a function of (done, total).
+        """
+
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Equilibrium:
+    """The state of a robot under a command. F stands for the number of followers, m = 2 F for that of inputs."""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+
+    @property
+    def status(self) -> Literal["converged", "unstable", "not converged"]:
+        """An unstable equilibrium is left at the slightest disturbance."""
+
+    @property
+    def stable(self) -> bool:
+        """True where the energy is a minimum under the prescribed motions."""
+
+    @property
+    def tip_position(self) -> _Floats:
+        """Centre of the tip section (m), base frame; shape (3,)."""
+
+    @property
+    def tip_rotation(self) -> _Floats:
+        """Columns: tangent, direction of the leader's centroid, normal to both; shape (3, 3)."""
+
+    @property
+    def pull(self) -> _Floats:
+        """Translation of every follower below the plate (m), push negative; shape (F,)."""
+
+    @property
+    def rotation(self) -> _Floats:
+        """Rotation of every follower's base (rad), right-handed about +X; shape (F,)."""
+
+    @property
+    def tension(self) -> _Floats:
+        """Force that pulls every follower (N); shape (F,)."""
+
+    @property
+    def torque(self) -> _Floats:
+        """Torque on every follower (N m), conjugate to its rotation; shape (F,)."""
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads it was solved under."""
+
+    @property
+    def elastic_energy(self) -> float:
+        """Of all tubes (J)."""
+
+    @property
+    def residual(self) -> float:
+        """Largest scaled residual (-)."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps taken."""
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of residual and tangent."""
+
+    @property
+    def load_steps(self) -> int:
+        """Load steps taken after the first attempt failed."""
+
+    @property
+    def inputs(self) -> tuple[tuple[str, int], ...]:
+        """What the columns of `jacobian` are: ("pull", 2), ("rotate", 2), ("pull", 3), ..."""
+
+    @property
+    def jacobian(self) -> _Floats:
+        """Tip twist (m, rad) by the inputs (m, rad, or N, N m where efforts are prescribed), base frame; shape (6, m).
+
+        Raises `NoEquilibrium` at a fold, where there is no derivative; so do the following.
+        """
+
+    @property
+    def jacobian_body(self) -> _Floats:
+        """The same in the frame of the tip section; shape (6, m)."""
+
+    @property
+    def response(self) -> _Floats:
+        """The conjugate of every input by every input: effort by motion, motion by effort; shape (m, m)."""
+
+    @property
+    def compliance(self) -> _Floats:
+        """Tip twist (m, rad) by a dead tip wrench (N, N m), base frame, inputs held; shape (6, 6)."""
+
+    @property
+    def response_by_wrench(self) -> _Floats:
+        """The conjugate of every input by a dead tip wrench: what force sensing inverts; shape (m, 6)."""
+
+    @property
+    def margin(self) -> float:
+        """Margin to instability: 1 at rest, 0 where the robot snaps; NaN in the printed formulation."""
+
+    @property
+    def shape(self) -> Shape:
+        """Fields at 101 sections from baseplate to tip."""
+
+    def sample(self, x: int | ArrayLike | None = None) -> Shape:
+        """Fields at rest abscissae of the leader (m), shape (n,), or at a number of equal steps from 0 to L."""
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        view: Literal["auto", "2d", "3d"] = "auto",
+        sections: int = 101,
+        frames: bool = True,
+        loads: bool = True,
+    ) -> Axes:
+        """Draws the centroid lines of all tubes (mm) with base and tip frames and loads; returns the axes.
+
+        `view` is "2d" (the X-Y plane), "3d", or chosen by whether the robot leaves the plane. Needs Matplotlib.
+        """
+
+    def show(self, sections: int = 61) -> View:
+        """A view that turns, zooms (wheel) and shifts (shift) with the mouse; works offline."""
+
+    def to_dataframe(self, sections: int = 101) -> DataFrame:
+        """One row per section and tube; columns carry their units. Needs pandas."""
+
+    def to_xarray(self, sections: int = 101) -> Dataset:
+        """Every field of `Shape` with named axes; units are attributes. Needs xarray."""
+
+@final
+class Shape:
+    """Fields along a robot at n sections of the leader; N tubes, F = N - 1 followers.
+
+    Vectors along tubes are in the section's axes: tangent, direction of the tube's centroid, normal to both. Moments
+    and forces are those that the part towards the tip exerts.
+    """
+
+    @property
+    def x(self) -> _Floats:
+        """Rest abscissa of the leader (m); shape (n,)."""
+
+    @property
+    def centre(self) -> _Floats:
+        """Common centreline (m), base frame; shape (n, 3)."""
+
+    @property
+    def rotation(self) -> _Floats:
+        """The leader's rotation; shape (n, 3, 3)."""
+
+    @property
+    def curvature(self) -> _Floats:
+        """The leader's curvature vector in its own frame (1/m), twist of the pattern included; shape (n, 3)."""
+
+    @property
+    def angles(self) -> _Floats:
+        """Angles of the followers against rest (rad); shape (n, F)."""
+
+    @property
+    def energy_density(self) -> _Floats:
+        """Elastic energy of all tubes per length of the leader (J/m); shape (n,)."""
+
+    @property
+    def abscissa(self) -> _Floats:
+        """Rest abscissa of every tube's section that stands here (m), negative from below the plate; shape (n, N)."""
+
+    @property
+    def centroid(self) -> _Floats:
+        """Centroids (m), base frame; shape (n, N, 3)."""
+
+    @property
+    def tube_rotation(self) -> _Floats:
+        """Rotations of the tubes' sections; shape (n, N, 3, 3)."""
+
+    @property
+    def rate(self) -> _Floats:
+        """Length of the tube per length of the leader (-); shape (n, N)."""
+
+    @property
+    def strain(self) -> _Floats:
+        """Twist rate against rest (rad/m) and curvatures about the second and third axis (1/m); shape (n, N, 3)."""
+
+    @property
+    def stretch(self) -> _Floats:
+        """Axial strain (-); shape (n, N)."""
+
+    @property
+    def moment(self) -> _Floats:
+        """Torque about the tube's centre, bending moments through the centroid (N m); shape (n, N, 3)."""
+
+    @property
+    def force(self) -> _Floats:
+        """Axial force, tension positive, and shear forces (N); shape (n, N, 3)."""
+
+def section(
+    outer_radius: float, inner_radius: float, depth: float, shape: str = "round"
+) -> tuple[float, float, float, float, float, float]: ...
+def calibrate(robots: Sequence[Robot], table: str, parameters: Sequence[str]) -> dict[str, Any]: ...
+def solve_many(
+    robot: Robot,
+    columns: Sequence[tuple[int, int, _Floats]],
+    tip_force: _Floats | None,
+    tip_moment: _Floats | None,
+    loads: Sequence[Load] | None,
+    settings: Settings | None,
+    out: _Floats,
+    jacobian: bool,
+    stability: bool,
+    sections: int,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
+) -> None: ...
+def time_solves(robot: Robot, pulls: Sequence[float], options: Settings | None) -> float: ...
+def time_many(
+    robot: Robot, pulls: Sequence[float], options: Settings | None, threads: int
+) -> float: ...

@@ -1,0 +1,249 @@
+"""Many poses in one call, as arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _cppr
+from ._design import Settings
+from ._loads import Load
+
+Floats = NDArray[np.float64]
+PerTube = Union[ArrayLike, Mapping[int, ArrayLike], None]
+"""An array for tube 2, or a dict from tube number to array."""
+
+_MEANS = ("pull", "rotate", "tension", "torque")
+_STATUS = np.array(["converged", "unstable", "not converged"])
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """Equilibria of many poses. P stands for the shape of the poses, F for the number of followers.
+
+    Where no equilibrium was found, every number is NaN.
+    """
+
+    code: NDArray[np.uint8]
+    """0 converged and stable, 1 an unstable equilibrium, 2 none found; shape P."""
+    iterations: Floats
+    """Newton steps; shape P."""
+    elastic_energy: Floats
+    """J; shape P."""
+    tip_position: Floats
+    """Centre of the tip section (m), base frame; shape (*P, 3)."""
+    tip_rotation: Floats
+    """Columns: tangent, direction of the leader's centroid, normal to both; shape (*P, 3, 3)."""
+    pull: Floats
+    """Translation of the followers below the plate (m); shape (*P, F)."""
+    rotation: Floats
+    """Rotation of their bases (rad); shape (*P, F)."""
+    tension: Floats
+    """Pulling force (N); shape (*P, F)."""
+    torque: Floats
+    """N m; shape (*P, F)."""
+    jacobian: Floats | None = None
+    """Tip twist (m, rad), base frame, by the inputs: translation and rotation of tube 2, then of tube 3, ...; shape (*P, 6, 2 F)."""
+    compliance: Floats | None = None
+    """Tip twist by a dead tip wrench (N, N m), base frame; shape (*P, 6, 6)."""
+    margin: Floats | None = None
+    """Margin to instability: 1 at rest, 0 where it snaps; shape P."""
+    centreline: Floats | None = None
+    """Centreline from baseplate to tip (m); shape (*P, sections, 3)."""
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """The codes in words; shape P."""
+        words: NDArray[np.str_] = _STATUS[self.code]
+        return words
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """True where there is a stable equilibrium; shape P."""
+        return np.asarray(self.code == 0)
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.code.ravel(), minlength=3)
+        words = ", ".join(f"{n} {w}" for n, w in zip(counts, _STATUS) if n)
+        return f"Solutions({self.code.shape}: {words or 'none'})"
+
+
+class Poses:
+    """Broadcast inputs of many poses; slices of the flattened poses are made as they are needed."""
+
+    def __init__(
+        self,
+        drives: Mapping[str, PerTube],
+        tip_force: ArrayLike | None,
+        tip_moment: ArrayLike | None,
+    ) -> None:
+        columns: list[tuple[int, int, Floats]] = []
+        for means, name in enumerate(_MEANS):
+            given = drives[name]
+            if given is None:
+                continue
+            for tube, values in (given if isinstance(given, Mapping) else {2: given}).items():
+                columns.append((means, tube, _numbers(f"{name} of tube {tube}", values)))
+        vectors = [
+            None if v is None else _vectors(name, v)
+            for name, v in (("tip_force", tip_force), ("tip_moment", tip_moment))
+        ]
+        shapes = [a.shape for _, _, a in columns] + [v.shape[:-1] for v in vectors if v is not None]
+        try:
+            self.shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            listed = ", ".join(str(s) for s in shapes)
+            raise ValueError(f"the shapes {listed} of the poses do not broadcast together") from None
+        self.columns = [(m, t, np.broadcast_to(a, self.shape)) for m, t, a in columns]
+        self.vectors = [
+            None if v is None else np.broadcast_to(v, (*self.shape, 3)) for v in vectors
+        ]
+        self.count = int(np.prod(self.shape, dtype=object))
+
+    def slice(
+        self, start: int, stop: int
+    ) -> tuple[list[tuple[int, int, Floats]], list[Floats | None]]:
+        """Columns of poses `start` to `stop` in C order, contiguous."""
+        columns = [(m, t, np.array(a.flat[start:stop])) for m, t, a in self.columns]
+        vectors = [
+            None if v is None else np.array(v.flat[3 * start : 3 * stop]).reshape(-1, 3)
+            for v in self.vectors
+        ]
+        return columns, vectors
+
+
+def _numbers(name: str, values: ArrayLike) -> Floats:
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be an array of numbers, not of {array.dtype}")
+    return array.astype(np.float64, copy=False)
+
+
+def _vectors(name: str, values: ArrayLike) -> Floats:
+    array = _numbers(name, values)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{name} has shape {array.shape}; its last axis must hold 3 components")
+    return array
+
+
+Progress = Union[bool, Callable[[int, int], object]]
+
+
+def watcher(progress: Progress, total: int) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
+    """A callback for `progress`, and what closes it: a bar of tqdm for True."""
+    if callable(progress):
+        return progress, lambda: None
+    if not progress:
+        return None, lambda: None
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        raise ImportError("progress=True draws a bar with tqdm: pip install tqdm") from None
+    bar = tqdm(total=total, unit="pose")
+    return lambda done, _: bar.update(done - bar.n), bar.close
+
+
+def solve_many(
+    self: _cppr.Robot,
+    pull: PerTube = None,
+    rotate: PerTube = None,
+    tension: PerTube = None,
+    torque: PerTube = None,
+    *,
+    tip_force: ArrayLike | None = None,
+    tip_moment: ArrayLike | None = None,
+    loads: Iterable[Load] | None = None,
+    settings: Settings | None = None,
+    jacobian: bool = False,
+    margin: bool = False,
+    sections: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Solutions:
+    """Equilibria of many poses, on all cores, each from rest.
+
+    `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number to
+    array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P of the
+    result. `loads` act in every pose. `jacobian`, `margin` and `sections` (points of the centreline) ask for more
+    than tip and actuators. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
+
+    Raises `CommandError` for poses that cannot be asked of this robot, before any is solved. A pose without
+    equilibrium is no error: see `Solutions.code`.
+    """
+    drives = {"pull": pull, "rotate": rotate, "tension": tension, "torque": torque}
+    poses = Poses(drives, tip_force, tip_moment)
+    out = solve_slice(
+        self, poses, 0, poses.count,
+        loads=loads, settings=settings, jacobian=jacobian, margin=margin, sections=sections,
+        threads=threads, progress=progress,
+    )  # fmt: skip
+    return unpack(out, poses.shape, len(self.followers), jacobian, margin, sections)
+
+
+def solve_slice(
+    robot: _cppr.Robot,
+    poses: Poses,
+    start: int,
+    stop: int,
+    *,
+    loads: Iterable[Load] | None,
+    settings: Settings | None,
+    jacobian: bool,
+    margin: bool,
+    sections: int,
+    threads: int | None,
+    progress: Progress,
+) -> Floats:
+    """One row per pose; see `unpack`."""
+    if not 0 <= sections <= 100_000:
+        raise ValueError(f"sections is {sections}; it must lie between 0 and 100000")
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if threads < 1:
+        raise ValueError(f"threads is {threads}; at least one is needed")
+    followers = len(robot.followers)
+    width = 15 + 4 * followers + (12 * followers + 36) * jacobian + margin + 3 * sections
+    out = np.empty((stop - start, width))
+    columns, (force, moment) = poses.slice(start, stop)
+    callback, close = watcher(progress, stop - start)
+    try:
+        _cppr.solve_many(
+            robot, columns, force, moment, None if loads is None else list(loads), settings,
+            out, jacobian, margin, sections, threads, callback,
+        )  # fmt: skip
+    finally:
+        close()
+    return out
+
+
+def unpack(
+    out: Floats, shape: tuple[int, ...], followers: int, jacobian: bool, margin: bool, sections: int
+) -> Solutions:
+    """Views of the rows as fields."""
+    at = 0
+
+    def take(*each: int) -> Floats:
+        nonlocal at
+        count = int(np.prod(each))
+        view = out[:, at : at + count]
+        at += count
+        return view.reshape((*shape, *each))
+
+    fields: dict[str, Any] = {"code": take().astype(np.uint8), "iterations": take(), "elastic_energy": take()}
+    fields |= {"tip_position": take(3), "tip_rotation": take(3, 3)}
+    fields |= {name: take(followers) for name in ("pull", "rotation", "tension", "torque")}
+    if jacobian:
+        fields |= {"jacobian": take(6, 2 * followers), "compliance": take(6, 6)}
+    if margin:
+        fields["margin"] = take()
+    if sections:
+        fields["centreline"] = take(sections, 3)
+    return Solutions(**fields)

@@ -1,0 +1,52 @@
+//! Calibration: `cppr_calibrate` on robots and a table of measurements.
+
+use crate::errors;
+use crate::robot::Robot;
+use cppr_calibrate::{Parameter, fit, read};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Fits parameters; the result's fields by name.
+#[pyfunction]
+pub fn calibrate<'py>(
+    py: Python<'py>,
+    robots: Vec<PyRef<'py, Robot>>,
+    table: &str,
+    parameters: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let refuse = |text: String| errors::error(py, "CalibrationError", text);
+    let list = parameters
+        .iter()
+        .map(|text| Parameter::parse(text))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|problem| refuse(problem.to_string()))?;
+    let followers = robots.iter().map(|r| r.shared.robot.follower_count()).max().unwrap_or(0);
+    let measurements = read(table, followers).map_err(|problems| {
+        refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    })?;
+    let designs: Vec<_> = robots.iter().map(|r| r.shared.robot.design().clone()).collect();
+    let found =
+        py.detach(|| fit(&designs, &measurements, &list)).map_err(|problem| refuse(problem.to_string()))?;
+    let fitted = found
+        .designs
+        .iter()
+        .map(|design| Py::new(py, Robot::build(py, design.clone())?))
+        .collect::<PyResult<Vec<_>>>()?;
+    let result = PyDict::new(py);
+    let each =
+        |get: fn(&cppr_calibrate::Estimate) -> f64| found.estimates.iter().map(get).collect::<Vec<_>>();
+    result.set_item("robots", fitted)?;
+    result.set_item("parameters", parameters)?;
+    result.set_item("values", each(|e| e.value))?;
+    result.set_item("before", each(|e| e.before))?;
+    result.set_item("deviations", each(|e| e.deviation))?;
+    result.set_item("intervals", each(|e| e.interval))?;
+    result.set_item("correlation", found.correlation)?;
+    result.set_item("scale", found.scale)?;
+    result.set_item("rms", found.rms)?;
+    result.set_item("rms_before", found.rms_before)?;
+    let residuals: Vec<_> =
+        found.residuals.iter().map(|r| (r.row, r.what, r.value, r.studentised, r.outlier)).collect();
+    result.set_item("residuals", residuals)?;
+    Ok(result)
+}

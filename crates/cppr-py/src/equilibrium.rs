@@ -1,0 +1,332 @@
+//! The classes `Equilibrium` and `Shape`. What costs more than reading a number is computed when it is asked for, once.
+
+use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table};
+use crate::robot::{Robot, Shared};
+use crate::{command, errors};
+use cppr::analysis::{Freedom, Section, Sensitivity, sensitivity, shape, stability::stability};
+use cppr::solve::{ActuatorState, Status};
+use cppr::{Matrix3, Vector3};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use std::fmt::Write;
+use std::sync::{Arc, OnceLock};
+
+/// Sections of the shape where no labels are given.
+const SECTIONS: usize = 101;
+/// Most sections of one shape.
+const MOST: usize = 1_000_000;
+
+/// The state of a robot under a command.
+#[pyclass(frozen, module = "cppr")]
+pub struct Equilibrium {
+    shared: Arc<Shared>,
+    found: cppr::solve::Equilibrium,
+    tip: OnceLock<(Matrix3<f64>, Vector3<f64>)>,
+    derivatives: OnceLock<Option<Sensitivity>>,
+    margin: OnceLock<f64>,
+    shape: OnceLock<Py<Shape>>,
+}
+
+impl Equilibrium {
+    pub fn new(shared: Arc<Shared>, found: cppr::solve::Equilibrium) -> Self {
+        Self {
+            shared,
+            found,
+            tip: OnceLock::new(),
+            derivatives: OnceLock::new(),
+            margin: OnceLock::new(),
+            shape: OnceLock::new(),
+        }
+    }
+
+    /// As the start of another solve of the same robot.
+    pub fn start(&self, shared: &Arc<Shared>) -> PyResult<&cppr::solve::Equilibrium> {
+        if Arc::ptr_eq(&self.shared, shared) {
+            return Ok(&self.found);
+        }
+        Err(PyValueError::new_err("start is an equilibrium of another robot; give one of this robot"))
+    }
+
+    fn tip(&self) -> &(Matrix3<f64>, Vector3<f64>) {
+        self.tip.get_or_init(|| self.shared.with(|robot, w| shape::tip_pose(robot, w, &self.found)))
+    }
+
+    fn derivatives(&self, py: Python<'_>) -> PyResult<&Sensitivity> {
+        let found =
+            self.derivatives.get_or_init(|| self.shared.with(|robot, w| sensitivity(robot, w, &self.found)));
+        found.as_ref().ok_or_else(|| {
+            let text = if self.found.status.is_equilibrium() {
+                "the tangent is singular: the equilibrium stands at a fold, where it has no derivative"
+            } else {
+                "there is no equilibrium to differentiate"
+            };
+            errors::error(py, "NoEquilibrium", text)
+        })
+    }
+
+    fn actuators<'py>(&self, py: Python<'py>, get: fn(&ActuatorState) -> f64) -> Bound<'py, PyArray1<f64>> {
+        line(py, self.found.actuators.iter().map(get))
+    }
+}
+
+#[pymethods]
+impl Equilibrium {
+    #[getter]
+    fn robot(&self) -> Robot {
+        Robot { shared: Arc::clone(&self.shared) }
+    }
+
+    #[getter]
+    fn status(&self) -> &'static str {
+        match self.found.status {
+            Status::Converged => "converged",
+            Status::Unstable => "unstable",
+            Status::NotConverged(_) => "not converged",
+        }
+    }
+
+    #[getter]
+    fn stable(&self) -> bool {
+        self.found.status == Status::Converged
+    }
+
+    #[getter]
+    fn tip_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        line(py, self.tip().1.iter().copied())
+    }
+
+    #[getter]
+    fn tip_rotation(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        matrix(py, &self.tip().0)
+    }
+
+    #[getter]
+    fn pull<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.actuators(py, |a| a.motion)
+    }
+
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.actuators(py, |a| a.rotation)
+    }
+
+    #[getter]
+    fn tension<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.actuators(py, |a| a.tension)
+    }
+
+    #[getter]
+    fn torque<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.actuators(py, |a| a.torque)
+    }
+
+    #[getter]
+    fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        command::loads(py, &self.found.command.loads)
+    }
+
+    #[getter]
+    fn elastic_energy(&self) -> f64 {
+        self.found.elastic_energy
+    }
+
+    #[getter]
+    fn residual(&self) -> f64 {
+        self.found.residual
+    }
+
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.found.statistics.iterations
+    }
+
+    #[getter]
+    fn evaluations(&self) -> usize {
+        self.found.statistics.evaluations
+    }
+
+    #[getter]
+    fn load_steps(&self) -> usize {
+        self.found.statistics.load_steps
+    }
+
+    #[getter]
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let names = self.derivatives(py)?.inputs.iter().map(|input| {
+            let means = match (input.freedom, input.is_motion) {
+                (Freedom::PushPull, true) => "pull",
+                (Freedom::PushPull, false) => "tension",
+                (Freedom::Rotation, true) => "rotate",
+                (Freedom::Rotation, false) => "torque",
+            };
+            (means, input.tube)
+        });
+        PyTuple::new(py, names)
+    }
+
+    #[getter]
+    fn jacobian(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.tip_jacobian)
+    }
+
+    #[getter]
+    fn jacobian_body(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.tip_jacobian_body)
+    }
+
+    #[getter]
+    fn response(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.response)
+    }
+
+    #[getter]
+    fn compliance(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        matrix(py, &self.derivatives(py)?.compliance)
+    }
+
+    #[getter]
+    fn response_by_wrench(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.response_by_wrench)
+    }
+
+    #[getter]
+    fn margin(&self) -> f64 {
+        *self.margin.get_or_init(|| {
+            self.shared
+                .with(|robot, w| stability(robot, w, &self.found))
+                .map_or(f64::NAN, |stability| stability.margin)
+        })
+    }
+
+    #[getter]
+    fn shape(&self, py: Python<'_>) -> PyResult<Py<Shape>> {
+        if let Some(shape) = self.shape.get() {
+            return Ok(shape.clone_ref(py));
+        }
+        let shape = Py::new(py, self.sample(py, None)?)?;
+        Ok(self.shape.get_or_init(|| shape).clone_ref(py))
+    }
+
+    /// Fields at given abscissae of the leader, or at a number of equal steps.
+    #[pyo3(signature = (x = None))]
+    fn sample(&self, py: Python<'_>, x: Option<Bound<'_, PyAny>>) -> PyResult<Shape> {
+        let length = self.shared.robot.length();
+        let equal = |count: usize| (0..count).map(|i| length * i as f64 / (count - 1) as f64).collect();
+        let labels: Vec<f64> = match x {
+            None => equal(SECTIONS),
+            Some(x) => match x.extract::<i64>() {
+                Ok(count) => match usize::try_from(count) {
+                    Ok(count @ 2..=MOST) => equal(count),
+                    _ => {
+                        return Err(PyValueError::new_err(format!(
+                            "a shape has from 2 to {MOST} sections, not {count}"
+                        )));
+                    }
+                },
+                Err(_) => x.extract().map_err(|_| {
+                    errors::wrong_type(
+                        "x",
+                        "a number of sections or a one-dimensional array of abscissae",
+                        &x,
+                    )
+                })?,
+            },
+        };
+        if let Some(outside) = labels.iter().find(|x| !(0.0..=length).contains(*x)) {
+            return Err(PyValueError::new_err(format!(
+                "x is {outside} m; the robot reaches from 0 to {length} m"
+            )));
+        }
+        let sampled =
+            py.detach(|| self.shared.with(|robot, w| shape::Shape::at(robot, w, &self.found, &labels)));
+        Shape::new(py, &sampled.sections, self.shared.robot.tube_count())
+    }
+
+    fn __repr__(&self) -> String {
+        let p = self.tip().1 * 1e3;
+        let mut text = format!(
+            "Equilibrium({}: {}; tip ({:.3}, {:.3}, {:.3}) mm",
+            self.shared.robot.design().name,
+            self.status(),
+            p.x,
+            p.y,
+            p.z
+        );
+        for (f, a) in self.found.actuators.iter().enumerate() {
+            let _ = write!(
+                text,
+                "; tube {}: {:.3} mm, {:.4} N, {:.4} rad, {:.4} N mm",
+                f + 2,
+                a.motion * 1e3,
+                a.tension,
+                a.rotation,
+                a.torque * 1e3
+            );
+        }
+        text + ")"
+    }
+}
+
+/// Fields along a robot; n sections, N tubes.
+#[pyclass(frozen, get_all, module = "cppr")]
+pub struct Shape {
+    x: Py<PyArray1<f64>>,
+    centre: Py<PyArray2<f64>>,
+    rotation: Py<PyArray3<f64>>,
+    curvature: Py<PyArray2<f64>>,
+    angles: Py<PyArray2<f64>>,
+    energy_density: Py<PyArray1<f64>>,
+    abscissa: Py<PyArray2<f64>>,
+    centroid: Py<PyArray3<f64>>,
+    tube_rotation: Py<PyArray4<f64>>,
+    rate: Py<PyArray2<f64>>,
+    strain: Py<PyArray3<f64>>,
+    stretch: Py<PyArray2<f64>>,
+    moment: Py<PyArray3<f64>>,
+    force: Py<PyArray3<f64>>,
+}
+
+impl Shape {
+    fn new(py: Python<'_>, sections: &[Section], tubes: usize) -> PyResult<Self> {
+        let threes = |get: fn(&Section) -> &Vector3<f64>| {
+            sections.iter().flat_map(|s| get(s).iter().copied()).collect::<Vec<f64>>()
+        };
+        let all = || sections.iter().flat_map(|s| &s.tubes);
+        let each = |get: fn(&cppr::analysis::TubeSection) -> f64| all().map(get).collect::<Vec<f64>>();
+        let vectors = |get: fn(&cppr::analysis::TubeSection) -> &Vector3<f64>| {
+            all().flat_map(|t| get(t).iter().copied()).collect::<Vec<f64>>()
+        };
+        let n = sections.len();
+        let flat = |values: Vec<f64>| table(py, values, tubes).map(Bound::unbind);
+        let deep = |values: Vec<f64>| block(py, values, [tubes, 3]).map(Bound::unbind);
+        let rotation = sections.iter().flat_map(|s| rows(&s.rotation)).collect();
+        let angles: Vec<f64> = sections.iter().flat_map(|s| s.angles.iter().copied()).collect();
+        Ok(Self {
+            x: line(py, sections.iter().map(|s| s.label)).unbind(),
+            centre: table(py, threes(|s| &s.centre), 3)?.unbind(),
+            rotation: block(py, rotation, [3, 3])?.unbind(),
+            curvature: table(py, threes(|s| &s.curvature), 3)?.unbind(),
+            // A lone leader has no angles, but as many sections.
+            angles: PyArray1::from_vec(py, angles).reshape([n, tubes - 1])?.unbind(),
+            energy_density: line(py, sections.iter().map(|s| s.energy_density)).unbind(),
+            abscissa: flat(each(|t| t.abscissa))?,
+            centroid: deep(vectors(|t| &t.centroid))?,
+            tube_rotation: rotations(py, all().flat_map(|t| rows(&t.rotation)).collect(), tubes)?.unbind(),
+            rate: flat(each(|t| t.rate))?,
+            strain: deep(vectors(|t| &t.strain))?,
+            stretch: flat(each(|t| t.stretch))?,
+            moment: deep(vectors(|t| &t.moment))?,
+            force: deep(vectors(|t| &t.force))?,
+        })
+    }
+}
+
+#[pymethods]
+impl Shape {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let shape: (usize, usize) = self.abscissa.bind(py).getattr("shape")?.extract()?;
+        Ok(format!("Shape({} sections, {} tubes)", shape.0, shape.1))
+    }
+}

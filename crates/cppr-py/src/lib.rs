@@ -1,0 +1,34 @@
+//! The Python package `cppr`, its compiled part.
+//!
+//! Plain data (tubes, loads, settings) are dataclasses in `python/cppr`; here they become what the solver takes, and
+//! what the solver gives becomes NumPy arrays. Everything slow runs detached from the interpreter. SI throughout.
+
+// PyO3's macros expand to the unsafe glue between C and Rust; none is written by hand.
+#![allow(unsafe_code)]
+// Python passes arguments by value; every public item is documented where Python sees it.
+#![allow(clippy::needless_pass_by_value, clippy::too_many_arguments)]
+
+mod arrays;
+mod calibrate;
+mod command;
+mod design;
+mod equilibrium;
+mod errors;
+mod many;
+mod robot;
+mod twin;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add_class::<robot::Robot>()?;
+    m.add_class::<equilibrium::Equilibrium>()?;
+    m.add_class::<equilibrium::Shape>()?;
+    m.add_function(wrap_pyfunction!(design::section, m)?)?;
+    m.add_function(wrap_pyfunction!(calibrate::calibrate, m)?)?;
+    m.add_function(wrap_pyfunction!(many::solve_many, m)?)?;
+    m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;
+    m.add_function(wrap_pyfunction!(twin::time_many, m)?)
+}

@@ -1,0 +1,248 @@
+//! Many poses in one call: detached from the interpreter, on all cores, interruptible.
+//!
+//! Every pose is solved from rest, so that its answer depends neither on its neighbours nor on the number of threads.
+
+use crate::command::{Asked, Means, Taken};
+use crate::errors;
+use crate::robot::{Robot, Shared};
+use cppr::analysis::{Shape, sensitivity, shape, stability::stability};
+use cppr::solve::{Command, CommandProblem, Settings, Status, Workspace, solve};
+use cppr::statics::Wrench;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::time::Duration;
+
+/// Poses that one thread takes at a time.
+const BLOCK: usize = 16;
+/// How often signals are looked at and progress is told.
+const PULSE: Duration = Duration::from_millis(50);
+
+/// What is written of every pose beyond the cheap numbers.
+#[derive(Clone, Copy)]
+pub struct Extras {
+    jacobian: bool,
+    margin: bool,
+    sections: usize,
+}
+
+/// Everything that a pose needs; shared by all threads.
+struct Job<'a> {
+    shared: &'a Shared,
+    base: &'a Command,
+    settings: &'a Settings,
+    columns: Vec<(Means, usize, &'a [f64])>,
+    force: Option<&'a [f64]>,
+    moment: Option<&'a [f64]>,
+    extras: Extras,
+}
+
+impl Job<'_> {
+    /// Puts the numbers of a pose into a copy of the base command.
+    fn set(&self, command: &mut Command, pose: usize) {
+        for (means, follower, values) in &self.columns {
+            means.set(&mut command.actuators[*follower], values[pose]);
+        }
+        let three = |values: &[f64]| [values[3 * pose], values[3 * pose + 1], values[3 * pose + 2]].into();
+        // The tip wrench that varies is the last one.
+        if let Some(wrench) = command.loads.wrenches.last_mut() {
+            if let Some(force) = self.force {
+                wrench.force = three(force);
+            }
+            if let Some(moment) = self.moment {
+                wrench.moment = three(moment);
+            }
+        }
+    }
+
+    fn check(&self, poses: usize) -> Option<(usize, CommandProblem)> {
+        let mut command = self.base.clone();
+        (0..poses).find_map(|pose| {
+            self.set(&mut command, pose);
+            command.check(&self.shared.robot, self.settings).err().map(|problem| (pose, problem))
+        })
+    }
+
+    /// One row: status, iterations, energy, tip position and rotation, actuators; then the extras.
+    fn pose(&self, workspace: &mut Workspace, command: &Command, row: &mut [f64]) {
+        row.fill(f64::NAN);
+        let robot = &self.shared.robot;
+        row[0] = 2.0;
+        let Ok(found) = solve(robot, workspace, command, self.settings) else { return };
+        row[1] = found.statistics.iterations as f64;
+        if !found.status.is_equilibrium() {
+            return;
+        }
+        row[0] = if found.status == Status::Converged { 0.0 } else { 1.0 };
+        let (rotation, centre) = shape::tip_pose(robot, workspace, &found);
+        let head = [found.elastic_energy].into_iter().chain(centre.iter().copied());
+        let head = head.chain((0..9).map(|i| rotation[(i / 3, i % 3)]));
+        let states = || found.actuators.iter();
+        let mut values = head
+            .chain(states().map(|a| a.motion))
+            .chain(states().map(|a| a.rotation))
+            .chain(states().map(|a| a.tension))
+            .chain(states().map(|a| a.torque));
+        let mut cells = row[2..].iter_mut();
+        // `zip` would lose the cell that ends it.
+        for value in values.by_ref() {
+            if let Some(cell) = cells.next() {
+                *cell = value;
+            }
+        }
+        if self.extras.jacobian {
+            let inputs = 2 * found.actuators.len();
+            let own = sensitivity(robot, workspace, &found);
+            for i in 0..6 * inputs + 36 {
+                if let (Some(cell), Some(s)) = (cells.next(), &own) {
+                    let j = i.checked_sub(6 * inputs);
+                    *cell = j.map_or_else(
+                        || s.tip_jacobian[(i / inputs, i % inputs)],
+                        |j| s.compliance[(j / 6, j % 6)],
+                    );
+                }
+            }
+        }
+        if self.extras.margin
+            && let (Some(cell), Some(own)) = (cells.next(), stability(robot, workspace, &found))
+        {
+            *cell = own.margin;
+        }
+        if self.extras.sections > 0 {
+            let shape = Shape::sampled(robot, workspace, &found, self.extras.sections);
+            for (cell, value) in cells.zip(shape.sections.iter().flat_map(|s| s.centre.iter())) {
+                *cell = *value;
+            }
+        }
+    }
+
+    fn run(&self, out: &mut [f64], width: usize, done: &AtomicUsize, cancelled: &AtomicBool) {
+        out.par_chunks_mut(width * BLOCK).enumerate().for_each(|(block, rows)| {
+            if cancelled.load(Ordering::Relaxed) {
+                return;
+            }
+            self.shared.with(|_, workspace| {
+                let mut command = self.base.clone();
+                for (i, row) in rows.chunks_mut(width).enumerate() {
+                    self.set(&mut command, block * BLOCK + i);
+                    self.pose(workspace, &command, row);
+                }
+            });
+            done.fetch_add(rows.len() / width, Ordering::Relaxed);
+        });
+    }
+}
+
+/// Numbers per pose.
+fn width(followers: usize, extras: Extras) -> usize {
+    let jacobian = if extras.jacobian { 12 * followers + 36 } else { 0 };
+    15 + 4 * followers + jacobian + usize::from(extras.margin) + 3 * extras.sections
+}
+
+/// Runs work in a thread of its own, telling progress and looking at signals meanwhile.
+fn watched(
+    py: Python<'_>,
+    total: usize,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(&AtomicUsize, &AtomicBool) + Send,
+) -> PyResult<()> {
+    let (done, cancelled) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let pulse = |py: Python<'_>| -> PyResult<()> {
+        py.check_signals()?;
+        if let Some(progress) = progress {
+            progress.call1(py, (done.load(Ordering::Relaxed), total))?;
+        }
+        Ok(())
+    };
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let (finished, wait) = mpsc::channel::<()>();
+            scope.spawn(|| {
+                work(&done, &cancelled);
+                drop(finished);
+            });
+            let mut failure = None;
+            while let Err(mpsc::RecvTimeoutError::Timeout) = wait.recv_timeout(PULSE) {
+                if failure.is_none()
+                    && let Err(error) = Python::attach(pulse)
+                {
+                    cancelled.store(true, Ordering::Relaxed);
+                    failure = Some(error);
+                }
+            }
+            failure.map_or_else(|| Python::attach(pulse), Err)
+        })
+    })
+}
+
+/// Fills `out`, one row per pose. `columns` holds (means, tube, values).
+#[pyfunction]
+#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, out, jacobian, stability, sections, threads, progress))]
+pub fn solve_many(
+    py: Python<'_>,
+    robot: PyRef<'_, Robot>,
+    columns: Vec<(usize, i64, PyReadonlyArray1<'_, f64>)>,
+    tip_force: Option<PyReadonlyArray2<'_, f64>>,
+    tip_moment: Option<PyReadonlyArray2<'_, f64>>,
+    loads: Option<Bound<'_, PyAny>>,
+    settings: Option<Bound<'_, PyAny>>,
+    mut out: PyReadwriteArray2<'_, f64>,
+    jacobian: bool,
+    stability: bool,
+    sections: usize,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
+    let core = &robot.shared.robot;
+    let asked = Asked {
+        drives: [None; 4],
+        tip_force: None,
+        tip_moment: None,
+        loads: loads.as_ref(),
+        settings: settings.as_ref(),
+    };
+    let (mut base, settings) = asked.read(core)?;
+    if tip_force.is_some() || tip_moment.is_some() {
+        base.loads.wrenches.push(Wrench::tip_force(cppr::Vector3::zeros()));
+    }
+    let extras = Extras { jacobian, margin: stability, sections };
+    let (poses, width) = (out.as_array().nrows(), width(core.follower_count(), extras));
+    let mut taken = Taken::new(core);
+    let mut job = Job {
+        shared: &robot.shared,
+        base: &base,
+        settings: &settings,
+        columns: Vec::with_capacity(columns.len()),
+        force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
+        moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
+        extras,
+    };
+    for (means, tube, values) in &columns {
+        let means = Means::ALL[*means % 4];
+        let values = values.as_slice()?;
+        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        if let Some(text) = means.suspicious(core, largest) {
+            errors::unit_warning(py, &text)?;
+        }
+        job.columns.push((means, taken.claim(py, means, *tube)?, values));
+    }
+    let lengths =
+        job.columns.iter().map(|c| c.2.len()).chain(job.force.iter().chain(&job.moment).map(|v| v.len() / 3));
+    if out.as_array().ncols() != width || lengths.into_iter().any(|n| n != poses) {
+        return Err(PyValueError::new_err("the arrays of the poses differ in length"));
+    }
+    if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
+        return Err(errors::command(py, format!("pose {pose}: {problem}")));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| PyRuntimeError::new_err(format!("threads cannot be started: {error}")))?;
+    let rows = out.as_slice_mut()?;
+    watched(py, poses, progress.as_ref(), |done, cancelled| {
+        pool.install(|| job.run(rows, width, done, cancelled));
+    })
+}

@@ -1,0 +1,200 @@
+//! The class `Robot`.
+
+use crate::arrays::line;
+use crate::command::Asked;
+use crate::design::{self, Reader};
+use crate::equilibrium::Equilibrium;
+use crate::errors;
+use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
+use cppr::solve::{Workspace, solve, solve_from};
+use cppr_io::robot_file;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A robot and the workspaces that its solves have used: as many as ever ran at the same time.
+pub struct Shared {
+    pub robot: cppr::design::Robot,
+    idle: Mutex<Vec<Workspace>>,
+}
+
+impl Shared {
+    /// Runs with a workspace of the robot's own. The lock is held to take and to give back, never in between.
+    pub fn with<R>(&self, run: impl FnOnce(&cppr::design::Robot, &mut Workspace) -> R) -> R {
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let taken = idle().pop();
+        let mut workspace = taken.unwrap_or_default();
+        let result = run(&self.robot, &mut workspace);
+        idle().push(workspace);
+        result
+    }
+}
+
+/// A checked robot. Immutable; any number of threads may solve with it at the same time.
+#[pyclass(frozen, module = "cppr")]
+pub struct Robot {
+    pub shared: Arc<Shared>,
+}
+
+impl Robot {
+    /// Checks a design.
+    pub fn build(py: Python<'_>, design: RobotDesign) -> PyResult<Self> {
+        let robot = py
+            .detach(|| cppr::design::Robot::new(design))
+            .map_err(|problems| errors::design(py, &problems))?;
+        Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default() }) })
+    }
+
+    fn design(&self) -> &RobotDesign {
+        self.shared.robot.design()
+    }
+}
+
+#[pymethods]
+impl Robot {
+    #[new]
+    #[pyo3(signature = (length, tubes, name = "robot"))]
+    fn new(length: &Bound<'_, PyAny>, tubes: Vec<Bound<'_, PyAny>>, name: &str) -> PyResult<Self> {
+        let py = length.py();
+        let length = crate::arrays::number("length", length)?;
+        Self::build(py, Reader::read(py, name.into(), length, &tubes)?)
+    }
+
+    /// Reads a robot file.
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let file = robot_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
+        Self::build(py, file.design)
+    }
+
+    /// Reads a robot from the text of a robot file.
+    #[staticmethod]
+    fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let file = robot_file::parse(text).map_err(|problems| errors::file(py, &problems))?;
+        Self::build(py, file.design)
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.design().name
+    }
+
+    /// Rest length (m).
+    #[getter]
+    fn length(&self) -> f64 {
+        self.design().length
+    }
+
+    /// The tubes, the leader first.
+    #[getter]
+    fn tubes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let design = self.design();
+        let list = design.tubes.iter().map(|tube| design::tube(py, tube, design.length));
+        PyTuple::new(py, list.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// Tube numbers of the followers.
+    #[getter]
+    fn followers(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
+        Ok(PyTuple::new(py, (0..self.shared.robot.follower_count()).map(|f| f + 2))?.unbind())
+    }
+
+    /// True where all centroid lines at rest lie in the X-Y plane.
+    #[getter]
+    fn is_planar(&self) -> bool {
+        self.shared.robot.is_planar()
+    }
+
+    /// Fields of a tube at rest abscissae.
+    #[pyo3(signature = (x, tube = 1))]
+    fn fields<'py>(&self, x: &Bound<'py, PyAny>, tube: i64) -> PyResult<Bound<'py, PyDict>> {
+        let py = x.py();
+        let robot = &self.shared.robot;
+        let Some(index) = usize::try_from(tube - 1).ok().filter(|t| *t < robot.tube_count()) else {
+            let text = format!("there is no tube {tube}; this robot has tubes 1 to {}", robot.tube_count());
+            return Err(errors::command(py, text));
+        };
+        let x: Vec<f64> =
+            x.extract().map_err(|_| errors::wrong_type("x", "a one-dimensional array of numbers", x))?;
+        if let Some(bad) = x.iter().find(|x| x.is_nan() || **x > robot.length()) {
+            let text = format!("x is {bad} m; abscissae end at the tip, {} m", robot.length());
+            return Err(PyValueError::new_err(text));
+        }
+        let values: Vec<_> = x.iter().map(|&x| robot.fields_at(index, x)).collect();
+        let fields = PyDict::new(py);
+        let add = |name: &str, get: fn(&cppr::design::FieldValues) -> f64| {
+            fields.set_item(name, line(py, values.iter().map(get)))
+        };
+        add("centroid_offset", |f| f.centroid_offset)?;
+        add("bending_y", |f| f.bending_y)?;
+        add("bending_z", |f| f.bending_z)?;
+        add("torsion", |f| f.torsion)?;
+        add("axial", |f| f.axial)?;
+        add("mass_per_length", |f| f.mass_per_length)?;
+        add("direction", |f| f.direction)?;
+        let depth = |x: f64| match &self.design().tubes[index] {
+            TubeDesign::Notched(tube) if x >= 0.0 || tube.below == BelowPlate::Continued => {
+                tube.depth.eval(x.max(0.0), robot.length())[0]
+            }
+            TubeDesign::Notched(_) => 0.0,
+            TubeDesign::Stiffness(_) => f64::NAN,
+        };
+        fields.set_item("depth", line(py, x.iter().map(|&x| depth(x))))?;
+        Ok(fields)
+    }
+
+    /// The equilibrium under a command.
+    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, settings = None))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        pull: Option<Bound<'py, PyAny>>,
+        rotate: Option<Bound<'py, PyAny>>,
+        tension: Option<Bound<'py, PyAny>>,
+        torque: Option<Bound<'py, PyAny>>,
+        tip_force: Option<Bound<'py, PyAny>>,
+        tip_moment: Option<Bound<'py, PyAny>>,
+        loads: Option<Bound<'py, PyAny>>,
+        start: Option<PyRef<'py, Equilibrium>>,
+        settings: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, Equilibrium>> {
+        let asked = Asked {
+            drives: [pull.as_ref(), rotate.as_ref(), tension.as_ref(), torque.as_ref()],
+            tip_force: tip_force.as_ref(),
+            tip_moment: tip_moment.as_ref(),
+            loads: loads.as_ref(),
+            settings: settings.as_ref(),
+        };
+        let (command, settings) = asked.read(&self.shared.robot)?;
+        let start = start.as_ref().map(|start| start.start(&self.shared)).transpose()?;
+        let found = py.detach(|| {
+            self.shared.with(|robot, workspace| match start {
+                None => solve(robot, workspace, &command, &settings),
+                Some(start) => solve_from(robot, workspace, &command, &settings, start),
+            })
+        });
+        let found = found.map_err(|problem| errors::refused(py, &problem))?;
+        let status = found.status;
+        let found = Equilibrium::new(Arc::clone(&self.shared), found).into_pyobject(py)?;
+        if status.is_equilibrium() {
+            Ok(found)
+        } else {
+            Err(errors::no_equilibrium(py, status, found.into_any()))
+        }
+    }
+
+    /// Pickled as built from its tubes.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let own = slf.get();
+        let arguments = (own.length(), own.tubes(slf.py())?, own.name());
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?))
+    }
+
+    fn __repr__(&self) -> String {
+        let design = self.design();
+        format!("Robot({}: {} tubes, {:.1} mm)", design.name, design.tubes.len(), design.length * 1e3)
+    }
+}

@@ -1,0 +1,63 @@
+//! What a program in Rust would do, timed inside this process: the yardstick of `bench/overhead.py`.
+
+use crate::command::settings;
+use crate::robot::Robot;
+use cppr::analysis::shape;
+use cppr::solve::{Command, Workspace, solve};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Seconds that solving for each pull of tube 2 in turn takes.
+#[pyfunction]
+pub fn time_solves(
+    py: Python<'_>,
+    robot: PyRef<'_, Robot>,
+    pulls: Vec<f64>,
+    options: Option<Bound<'_, PyAny>>,
+) -> PyResult<f64> {
+    let (settings, _) = settings(options.as_ref())?;
+    let robot = &robot.shared.robot;
+    Ok(py.detach(|| {
+        let mut workspace = Workspace::new();
+        let start = Instant::now();
+        for pull in pulls {
+            let mut command = Command::held(robot);
+            command.actuators[0].push_pull = cppr::solve::Drive::Motion(pull);
+            let _ = black_box(solve(robot, &mut workspace, &command, &settings));
+        }
+        start.elapsed().as_secs_f64()
+    }))
+}
+
+/// Seconds that solving for all pulls of tube 2 on `threads` threads takes, tip poses and actuators kept.
+#[pyfunction]
+pub fn time_many(
+    py: Python<'_>,
+    robot: PyRef<'_, Robot>,
+    pulls: Vec<f64>,
+    options: Option<Bound<'_, PyAny>>,
+    threads: usize,
+) -> PyResult<f64> {
+    let (settings, _) = settings(options.as_ref())?;
+    let robot = &robot.shared.robot;
+    Ok(py.detach(|| {
+        let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { return f64::NAN };
+        let start = Instant::now();
+        let kept: Vec<_> = pool.install(|| {
+            pulls
+                .par_iter()
+                .map_init(Workspace::new, |workspace, &pull| {
+                    let mut command = Command::held(robot);
+                    command.actuators[0].push_pull = cppr::solve::Drive::Motion(pull);
+                    let found = solve(robot, workspace, &command, &settings).ok()?;
+                    let tip = shape::tip_pose(robot, workspace, &found);
+                    Some((found.status, tip, found.actuators))
+                })
+                .collect()
+        });
+        black_box(kept);
+        start.elapsed().as_secs_f64()
+    }))
+}

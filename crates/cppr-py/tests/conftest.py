@@ -1,0 +1,38 @@
+"""Robots and reference data that the tests share."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+import pytest
+
+import cppr
+
+ROOT = Path(__file__).resolve().parents[3]
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+
+@pytest.fixture(autouse=True)
+def at_the_root(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+
+
+@pytest.fixture
+def r3() -> cppr.Robot:
+    return cppr.Robot.from_toml(ROOT / "robots/r3.toml")
+
+
+@pytest.fixture
+def three() -> cppr.Robot:
+    return cppr.Robot.from_toml(ROOT / "robots/childs3.toml")
+
+
+def uniform(offsets: tuple[float, float] = (2e-3, 1e-3), length: float = 0.1) -> cppr.Robot:
+    """Two opposed uniform tubes, whose unloaded curvature does not depend on their stiffness."""
+    tubes = [
+        cppr.StiffnessTube(offset, 0.02, 0.01, 0.005, opening, axial=1e5, mass_per_length=0.01)
+        for offset, opening in zip(offsets, (math.pi, 0.0))
+    ]
+    return cppr.Robot(length, tubes, name="uniform")

@@ -1,0 +1,115 @@
+"""Many poses in one call."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import cppr
+
+
+def test_broadcasting_agrees_with_single_solves(three: cppr.Robot) -> None:
+    pull2 = np.linspace(-4e-4, 4e-4, 3)[:, None]
+    pull3 = np.linspace(0, 3e-4, 2)
+    many = three.solve_many(
+        pull={2: pull2, 3: pull3}, tip_force=(0, 0.01, 0.02), jacobian=True, margin=True, sections=5
+    )
+    assert many.code.shape == (3, 2) and many.stable.all() and (many.status == "converged").all()
+    assert many.jacobian is not None and many.compliance is not None
+    assert many.margin is not None and many.centreline is not None
+    for i in range(3):
+        for j in range(2):
+            eq = three.solve(pull={2: pull2[i, 0], 3: pull3[j]}, tip_force=(0, 0.01, 0.02))
+            assert (many.tip_position[i, j] == eq.tip_position).all()
+            assert (many.tip_rotation[i, j] == eq.tip_rotation).all()
+            assert (many.tension[i, j] == eq.tension).all() and (many.torque[i, j] == eq.torque).all()
+            assert (many.pull[i, j] == eq.pull).all() and (many.rotation[i, j] == eq.rotation).all()
+            assert (many.jacobian[i, j] == eq.jacobian).all()
+            assert (many.compliance[i, j] == eq.compliance).all()
+            assert many.margin[i, j] == eq.margin and many.elastic_energy[i, j] == eq.elastic_energy
+            assert (many.centreline[i, j] == eq.sample(5).centre).all()
+
+
+def test_results_do_not_depend_on_threads(r3: cppr.Robot) -> None:
+    pull = np.linspace(-8e-3, 8e-3, 100)
+    one, four = (r3.solve_many(pull=pull, threads=n) for n in (1, 4))
+    assert (one.tip_position == four.tip_position).all() and (one.tension == four.tension).all()
+
+
+def test_efforts_forces_and_moments_vary_too(r3: cppr.Robot) -> None:
+    force = np.array([[0, 0.05, 0], [0, 0, 0.05]])
+    many = r3.solve_many(tension=[1.0, 2.0], torque=0.01, tip_force=force, tip_moment=(0, 0, 1e-3))
+    eq = r3.solve(tension=2.0, torque=0.01, tip_force=force[1], tip_moment=(0, 0, 1e-3))
+    assert (many.tip_position[1] == eq.tip_position).all()
+
+
+def test_poses_without_equilibrium_are_nan() -> None:
+    robot = cppr.Robot.from_toml("robots/r3.toml")
+    many = robot.solve_many(
+        pull=[0.0, 0.02], settings=cppr.Settings(planar=True, formulation="printed")
+    )
+    assert many.code.tolist() == [0, 2] and many.status[1] == "not converged"
+    assert np.isnan(many.tip_position[1]).all() and np.isfinite(many.tip_position[0]).all()
+
+
+def test_scalars_and_nothing(r3: cppr.Robot) -> None:
+    assert r3.solve_many(pull=1e-3).tip_position.shape == (3,)
+    empty = r3.solve_many(pull=np.zeros((0, 4)))
+    assert empty.tip_position.shape == (0, 4, 3) and repr(empty) == "Solutions((0, 4): none)"
+
+
+def test_progress_is_told(r3: cppr.Robot) -> None:
+    seen: list[tuple[int, int]] = []
+    r3.solve_many(pull=np.linspace(0, 1e-3, 50), progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (50, 50)
+    r3.solve_many(pull=np.zeros(3), progress=True)
+    with pytest.raises(ZeroDivisionError):
+        r3.solve_many(pull=np.zeros(3), progress=lambda done, total: 1 // 0)
+
+
+def test_ctrl_c_stops_it(r3: cppr.Robot) -> None:
+    pull = np.linspace(-8e-3, 8e-3, 3_000_000)
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        r3.solve_many(pull=pull)
+    assert time.monotonic() - start < 30
+    assert r3.solve(pull=1e-3).stable
+
+
+def test_a_forked_child_can_solve() -> None:
+    code = (
+        "import os, cppr, numpy as np\n"
+        "r = cppr.Robot.from_toml('robots/r3.toml'); p = np.linspace(0, 1e-3, 40)\n"
+        "a = r.solve_many(pull=p).tip_position\n"
+        "pid = os.fork()\n"
+        "if pid == 0:\n"
+        "    os._exit(0 if (r.solve_many(pull=p).tip_position == a).all() else 1)\n"
+        "assert os.waitpid(pid, 0)[1] == 0\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_other_python_threads_run_meanwhile(r3: cppr.Robot) -> None:
+    counts = [0]
+    stop = threading.Event()
+
+    def count() -> None:
+        while not stop.is_set():
+            counts[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        r3.solve_many(pull=np.linspace(0, 5e-3, 500), threads=1)
+    finally:
+        stop.set()
+        thread.join()
+    assert counts[0] > 1000
