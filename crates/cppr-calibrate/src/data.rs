@@ -88,6 +88,9 @@ enum Column {
     SigmaDirection,
 }
 
+/// Largest number of a table: longer than any robot in mm, more than any force in N or angle in degrees.
+const FURTHEST: f64 = 1e5;
+
 const KNOWN: &str = "robot, pullK_mm, rotateK_deg, tip_force_x_N, tip_point_x_mm, at_mm, line, x_mm, y_mm, z_mm, \
      direction_x, sigma_mm, sigma_deg";
 
@@ -214,7 +217,11 @@ fn measurement(
                 continue;
             }
             _ => match field.parse::<f64>() {
-                Ok(number) if number.is_finite() => number,
+                Ok(number) if number.abs() <= FURTHEST => number,
+                Ok(number) if number.is_finite() => {
+                    wrong.push(format!("{name}: {field} is more than any robot meets; check the unit"));
+                    continue;
+                }
                 _ => {
                     wrong.push(format!("{name}: {field} is not a finite number"));
                     continue;

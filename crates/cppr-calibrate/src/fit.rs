@@ -142,7 +142,7 @@ pub fn fit(
         groups,
         list,
         start: start.clone(),
-        relative: DVector::from_element(list.len(), 1.0),
+        logarithms: DVector::zeros(list.len()),
         last: RefCell::new(vec![None; measurements.len()]),
         failure: RefCell::new(None),
         evaluations: RefCell::new(0),
@@ -209,8 +209,8 @@ struct Problem<'a> {
     groups: Vec<usize>,
     list: &'a [Parameter],
     start: Vec<f64>,
-    /// Values relative to the start: what the search moves.
-    relative: DVector<f64>,
+    /// Logarithms of the values over the start: what the search moves, since no parameter may turn negative.
+    logarithms: DVector<f64>,
     /// Last equilibrium of each measurement, to start from.
     last: RefCell<Vec<Option<Equilibrium>>>,
     failure: RefCell<Option<FitProblem>>,
@@ -224,6 +224,9 @@ struct Evaluation {
     weighted: DVector<f64>,
     jacobian: DMatrix<f64>,
 }
+
+/// What to do where the search runs astray.
+const CHECK: &str = "Check the frame and the units of the data, and begin nearer to the truth";
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -252,7 +255,7 @@ fn observe(m: &Measurement, robot: &Robot, workspace: &mut Workspace, found: &Eq
 
 impl Problem<'_> {
     fn values(&self) -> Vec<f64> {
-        self.start.iter().zip(self.relative.iter()).map(|(s, r)| s * r).collect()
+        self.start.iter().zip(self.logarithms.iter()).map(|(s, l)| s * l.exp()).collect()
     }
 
     /// Per robot and parameter, for relative changes.
@@ -260,7 +263,7 @@ impl Problem<'_> {
         let one = |design: &RobotDesign, p: usize| {
             let changed = |by: f64| {
                 let mut moved = values.to_vec();
-                moved[p] += by * self.start[p];
+                moved[p] *= 1.0 + by;
                 Robot::new(apply(design, self.list, &moved)).ok()
             };
             let why = || FitProblem::Search(format!("{} cannot be changed at {}", design.name, self.list[p]));
@@ -278,7 +281,8 @@ impl Problem<'_> {
             .map(|d| Robot::new(apply(d, self.list, &values)))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|p| {
-                FitProblem::Search(p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
+                let why = p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+                FitProblem::Search(format!("{why}. {CHECK}"))
             })?;
         let perturbed = if derivatives { self.perturbed(&values)? } else { Vec::new() };
         let mut workspace = Workspace::new();
@@ -293,7 +297,14 @@ impl Problem<'_> {
             };
             let found = found.map_err(|e| FitProblem::Measurement(m.row, e.to_string()))?;
             if let Status::NotConverged(_) = found.status {
-                return Err(FitProblem::NoEquilibrium(m.row, found.status.to_string()));
+                let at: Vec<String> = self
+                    .list
+                    .iter()
+                    .zip(&values)
+                    .map(|(p, v)| format!("{p} = {:.3} {}", v / p.unit().1, p.unit().0))
+                    .collect();
+                let why = format!("with {}: {}. {CHECK}", at.join(", "), found.status);
+                return Err(FitProblem::NoEquilibrium(m.row, why));
             }
             let seen = observe(m, robot, &mut workspace, &found);
             let mut slopes: Vec<Vec<f64>> = Vec::new();
@@ -340,11 +351,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     type ParameterStorage = Owned<f64, Dyn>;
 
     fn set_params(&mut self, x: &DVector<f64>) {
-        self.relative.copy_from(x);
+        self.logarithms.copy_from(x);
     }
 
     fn params(&self) -> DVector<f64> {
-        self.relative.clone()
+        self.logarithms.clone()
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
@@ -394,8 +405,8 @@ fn conclude(problem: &Problem, before: &Evaluation, found: &Evaluation) -> Resul
         .iter()
         .enumerate()
         .map(|(p, &parameter)| {
-            let deviation = scale * inverse[(p, p)].sqrt() * problem.start[p].abs();
             let (value, before) = (values[p], problem.start[p]);
+            let deviation = scale * inverse[(p, p)].sqrt() * value;
             Estimate { parameter, value, before, deviation, interval: student * deviation }
         })
         .collect();

@@ -104,6 +104,22 @@ fn exact_data_give_the_exact_values() {
 }
 
 #[test]
+fn a_far_start_finds_the_same_values() {
+    let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus", 4.6e9)];
+    let csv = data(&["r1"], &truth, &[0.0, 0.15], &[0.0], 0.0, 1);
+    let names = truth.map(|t| t.0);
+    let rows = read(&csv, 1).unwrap();
+    for start in [[3.0, 5e10], [0.8, 2e9]] {
+        let mut far = design("r1");
+        set(&mut far, &[(names[0], start[0]), (names[1], start[1])]);
+        let fit = fit(&[far], &rows, &parameters(&names)).unwrap();
+        for (estimate, (name, want)) in fit.estimates.iter().zip(truth) {
+            assert!((estimate.value / want - 1.0).abs() < 1e-6, "{name}: {} {want}", estimate.value);
+        }
+    }
+}
+
+#[test]
 fn noisy_data_give_the_values_within_the_stated_intervals() {
     let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus", 4.6e9)];
     let seeds = 16;
@@ -262,6 +278,7 @@ fn wrong_files_are_refused_line_by_line() {
     for part in ["line 2: x_mm: nan", "line 3: line is centre or", "line 4: nothing is measured", "line 5"] {
         assert!(both.contains(part), "{part} is missing in\n{both}");
     }
+    assert!(problems("x_mm\n1e308\n").contains("more than any robot meets"));
     assert!(problems("x_mm,sigma_mm\n1,0\n").contains("not positive"));
     assert!(problems("direction_x,direction_y\n1,0\n").contains("all three"));
     let fails = |csv: &str, robots: &[&str], names: &[&str], part: &str| {

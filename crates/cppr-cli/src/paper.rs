@@ -92,8 +92,8 @@ fn place(output: &Path) -> Result<PathBuf, Failure> {
     let refuse = |what: String| Failure::Input(format!("--output {}: {what}", output.display()));
     // An existing folder by its real name: `.` has no parent to work in.
     let target = fs::canonicalize(output).unwrap_or_else(|_| output.into());
-    if target.is_file() {
-        return Err(refuse("this is a file; give a folder".into()));
+    if target.exists() && !target.is_dir() {
+        return Err(refuse("this is no folder; give another name".into()));
     }
     if let Ok(list) = fs::read_dir(&target) {
         let names: Vec<String> =
