@@ -19,7 +19,7 @@ const CONTACT: f64 = 1e-6;
 pub enum ModesArg {
     /// Tip within 1e-4 of the length, for every robot shipped.
     Default,
-    /// The paper's 3 + 3 + 3 + 2: some times faster, for robots whose notches are alike.
+    /// The paper's 3 + 3 + 3 + 2: some times faster, tip within 2e-2 of the length.
     Paper,
 }
 

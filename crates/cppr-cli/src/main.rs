@@ -4,6 +4,7 @@
 
 mod calibrate;
 mod check;
+mod cloud;
 mod command;
 mod figure;
 mod limits;

@@ -1,13 +1,15 @@
 //! `cppr sweep`: many poses of a robot into one table.
 
 use crate::Failure;
+use crate::cloud::Workspace;
 use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
+use crate::figure;
 use crate::output::{self, note, print};
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
-use cppr::analysis::{Freedom, Input};
+use cppr::analysis::{Freedom, Input, Teeth};
 use cppr::solve::CommandProblem;
 use cppr_sweep::{
-    Axis, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
+    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
     write_file,
 };
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,6 +25,7 @@ Examples:
   cppr sweep robots/r1.toml --pull -7..7mm:15 --rotate -180..180deg:13 --output workspace.csv
   cppr sweep robots/r1.toml --pull -7..7mm --rotate -90..90deg --tip-force 0,-0.2..0.2,0N --samples 200 --output samples.npz
   cppr sweep robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 20 --output tolerance.csv
+  cppr sweep robots/r1.toml --pull -6..6mm:25 --planar --limits --output plane.csv --plot plane.svg --colour closure
   cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.csv --resume
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
@@ -33,6 +36,8 @@ Ctrl-C or a crash loses at most the poses in work: the same command with --resum
 Exit codes: 0 done, 2 wrong input, 3 no pose has an equilibrium, 130 interrupted.";
 
 /// Arguments of `cppr sweep`.
+// Flags of a command line are booleans by nature.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
@@ -69,9 +74,21 @@ pub struct Args {
     /// Add the margin to instability, at about the cost of another solve
     #[arg(long)]
     margin: bool,
+    /// Add the greatest utilisation of strain and of closing notches, as cppr limits; costs more than the solve
+    #[arg(long)]
+    limits: bool,
+    /// With --limits: let the teeth bend as the notches do
+    #[arg(long, requires = "limits")]
+    bending_teeth: bool,
     /// The table: .csv, .npz or .parquet
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
+    /// Draw the stable tip positions, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// What the colour of the figure tells: tension, torque, energy, margin, strain, closure or a column of the table
+    #[arg(long, value_name = "COLUMN", requires = "plot")]
+    colour: Option<String>,
     /// Go on where this sweep was interrupted, if it was
     #[arg(long)]
     resume: bool,
@@ -134,7 +151,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
              cargo build --release --features parquet"
         )));
     }
-    output::check(&args.robot, &[("--output", Some(&args.output))])?;
+    let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    output::check(&args.robot, &[("--output", Some(&args.output)), ("--plot", args.plot.as_deref())])?;
     if args.output.exists() && !args.output.is_file() {
         return Err(Failure::Input(format!(
             "--output {shown}: this is no file; a table is put together in one"
@@ -142,6 +160,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let task = task(args)?;
     let rows = task.rows();
+    let colour = args.colour.as_deref();
+    let mut cloud = args.plot.as_ref().map(|_| Workspace::new(&task, colour)).transpose()?;
     let start = Instant::now();
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
@@ -164,11 +184,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         bar.set_position(done);
     };
-    let finished = write_file(&task, &args.output, &options, progress, |_| {});
+    let visit = |chunk: &Chunk| {
+        if let Some(cloud) = &mut cloud {
+            cloud.visit(chunk);
+        }
+    };
+    let finished = write_file(&task, &args.output, &options, progress, visit);
     bar.finish_and_clear();
     let finished = finished.map_err(|problem| failure(args, &problem))?;
     let solved = rows - before.unwrap_or_default();
     let text = summary(args, &task, &finished, solved, start.elapsed().as_secs_f64());
+    if finished.counts[usize::from(Verdict::Converged.code())] > 0
+        && let (Some(cloud), Some(path), Some(format)) = (cloud, &args.plot, plot)
+    {
+        figure::write(path, format, &cloud.figure(&task)?)?;
+    }
     if Verdict::ALL.iter().zip(finished.counts).any(|(v, n)| v.is_equilibrium() && n > 0) {
         print(&text)
     } else {
@@ -229,7 +259,9 @@ fn task(args: &Args) -> Result<Task, Failure> {
         None => Plan::Grid,
     };
     let axes = axes(args)?;
-    Ok(Task { robot, robot_text, base, settings, axes, plan, margin: args.margin })
+    let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
+    let limits = args.limits.then_some(teeth);
+    Ok(Task { robot, robot_text, base, settings, axes, plan, margin: args.margin, limits })
 }
 
 fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {

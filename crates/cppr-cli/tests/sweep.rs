@@ -146,6 +146,37 @@ fn wrong_sweeps_are_refused_with_what_to_write() {
 }
 
 #[test]
+fn the_workspace_is_drawn_in_the_plane_and_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let draw = |name: &str, arguments: &[&str]| {
+        let (table, figure) = (folder.path().join("w.csv"), folder.path().join(name));
+        let files = ["--output", table.to_str().unwrap(), "--plot", figure.to_str().unwrap()];
+        whole(sweep(&[arguments, &files].concat()));
+        std::fs::read(figure).unwrap()
+    };
+    let plane = text(&draw("plane.svg", &["--pull", "-6..6mm:25", "--planar"]));
+    let space =
+        ["--pull", "-6..6mm:9", "--rotate", "-90..90deg:9", "--modes", "paper", "--margin", "--limits"];
+    let grey = text(&draw("space.svg", &[&space[..], &["--colour", "margin"]].concat()));
+    let panels = |svg: &str| svg.matches("class=\"panel\"").count();
+    // The colour bar is one of them.
+    assert_eq!((panels(&plane), panels(&grey)), (2, 5));
+    assert!(plane.contains("tension of tube 2 (N)") && plane.contains("25 stable of 25 poses"));
+    assert!(grey.contains("margin to instability") && grey.contains("class=\"dots\""));
+    assert!(plane == text(&draw("plane.svg", &["--pull", "-6..6mm:25", "--planar", "--threads", "1"])));
+    assert_eq!(&draw("space.png", &space)[1..4], b"PNG");
+    let refused = |colour: &str, fragment: &str| {
+        let arguments = ["--pull", "-6..6mm:3", "--output", "w.csv", "--plot", "w.svg", "--colour", colour];
+        let output = sweep(&arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(fragment), "{}", text(&output.stderr));
+    };
+    refused("margin", "add --margin");
+    refused("closure", "add --limits");
+    refused("blue", "There are input_tube2_pull_m, status");
+}
+
+#[test]
 fn where_no_pose_has_an_equilibrium_the_table_is_there_and_the_code_is_3() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("w.csv");

@@ -24,6 +24,9 @@ pub(crate) fn scene(figure: &Figure) -> Result<Scene, PlotError> {
     for (panel, placed) in figure.panels.iter().zip(&layout.panels) {
         draw_panel(&mut scene, panel, placed, &font);
     }
+    if let Some((panel, placed)) = &layout.bar {
+        draw_panel(&mut scene, panel, placed, &font);
+    }
     Ok(scene)
 }
 
@@ -62,7 +65,11 @@ fn draw_panel(scene: &mut Scene, panel: &Panel, placed: &Placed, font: &Font) {
     }
     // Marks lie above all lines, else the tip of one pose vanishes below the next pose.
     for series in &panel.series {
-        if let Some(marker) = &series.marker {
+        if let Some(Marker { shape: MarkerShape::Dot, size, colour, .. }) = series.marker {
+            let points = series.points.iter().map(|p| placed.map(*p));
+            let points = points.filter(|p| placed.frame.contains(*p, 1e-6)).collect();
+            scene.items.push(Item::Dots { points, size, colour });
+        } else if let Some(marker) = &series.marker {
             for p in &series.points {
                 let at = placed.map(*p);
                 if placed.frame.contains(at, 1e-6) {
@@ -209,7 +216,7 @@ pub(crate) fn draw_marker(scene: &mut Scene, marker: &Marker, at: [f64; 2], name
     let r = 0.5 * marker.size;
     let thin_pen = |width: f64| Pen { colour: marker.colour, width, dash: Vec::new() };
     let outline = match marker.shape {
-        MarkerShape::Circle | MarkerShape::Towards | MarkerShape::Away => ring(at, r, 28),
+        MarkerShape::Circle | MarkerShape::Dot | MarkerShape::Towards | MarkerShape::Away => ring(at, r, 28),
         MarkerShape::Triangle => ring([at[0], at[1] + 0.2 * r], 1.2 * r, 3),
         MarkerShape::Diamond => ring(at, 1.15 * r, 4),
         MarkerShape::Square => [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]

@@ -25,6 +25,19 @@ pub struct Figure {
     pub legend: bool,
     /// Legend entries that no series stands for; they come first.
     pub keys: Vec<Key>,
+    /// Colour bar below the panels.
+    pub bar: Option<ColourBar>,
+}
+
+/// What colours stand for: the shades of [`ramp`](crate::ramp) over a range of values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourBar {
+    /// Quantity and unit.
+    pub axis: Axis,
+    /// Values of the first and last shade's outer ends.
+    pub range: [f64; 2],
+    /// Number of shades.
+    pub shades: usize,
 }
 
 impl Default for Figure {
@@ -37,6 +50,7 @@ impl Default for Figure {
             max_height: 640.0,
             legend: true,
             keys: Vec::new(),
+            bar: None,
         }
     }
 }
@@ -249,6 +263,8 @@ pub enum MarkerShape {
     Diamond,
     /// ×
     Cross,
+    /// A small filled disc; many of them are cheap.
+    Dot,
     /// ⊙: an arrow that points at the reader.
     Towards,
     /// ⊗: an arrow that points away from the reader.

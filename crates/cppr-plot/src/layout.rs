@@ -5,7 +5,7 @@
 //! ranges of their axes then grow until they fill the cells of the grid.
 
 use crate::error::PlotError;
-use crate::figure::{Axis, Figure, Key, Panel};
+use crate::figure::{Axis, ColourBar, Figure, Fill, Key, Panel, Series};
 use crate::font::Font;
 use crate::legend;
 use crate::range::{around, panel_range};
@@ -23,6 +23,8 @@ const ROUNDS: usize = 4;
 /// Least extent of a panel of equal scale, else a straight robot would be drawn in a slit.
 const LEAST: [f64; 2] = [130.0, 100.0];
 const EDGE: f64 = 8.0;
+/// Height of a colour bar.
+const BAR: f64 = 12.0;
 /// Size, relative to the figure's scale, that a panel with its own scale asks for: it must not
 /// blow up the cells of its neighbours.
 const OWN_SCALE: f64 = 0.75;
@@ -60,6 +62,7 @@ pub(crate) struct Layout {
     /// Entries with their left end and middle height.
     pub(crate) legend: Vec<(Key, [f64; 2])>,
     pub(crate) panels: Vec<Placed>,
+    pub(crate) bar: Option<(Panel, Placed)>,
 }
 
 struct Margins {
@@ -109,13 +112,35 @@ pub(crate) fn place(figure: &Figure, font: &Font) -> Result<Layout, PlotError> {
         p.frame.x += shift[0];
         p.frame.y += shift[1];
     }
+    let bar = figure.bar.as_ref().map(|bar| place_bar(bar, width, shift[1] + body[1]));
+    let below = if bar.is_some() { BAR + 14.0 + (TICK + LABEL) * LINE } else { 0.0 };
     Ok(Layout {
         width: width.ceil(),
-        height: (shift[1] + body[1] + 2.0).ceil(),
+        height: (shift[1] + body[1] + below + 2.0).ceil(),
+        bar,
         title,
         legend,
         panels: placed,
     })
+}
+
+/// The colour bar as a low panel without vertical axis, below all others.
+fn place_bar(bar: &ColourBar, width: f64, top: f64) -> (Panel, Placed) {
+    let mut panel = Panel::new(Axis { grid: false, ..bar.axis.clone() }, Axis::new("", ""));
+    (panel.y.grid, panel.y.labelled) = (false, false);
+    let [low, high] = bar.range;
+    let end = |shade: usize| low + (high - low) * count(shade) / count(bar.shades);
+    for shade in 0..bar.shades {
+        let [a, b] = [end(shade), end(shade + 1)];
+        panel.series.push(Series {
+            points: vec![[a, 0.0], [b, 0.0], [b, 1.0], [a, 1.0]],
+            fill: Some(Fill { colour: bar.colour(shade), opacity: 1.0, to_y: None }),
+            ..Series::default()
+        });
+    }
+    let frame = Rect { x: 0.2 * width, y: top + 4.0, w: 0.6 * width, h: BAR };
+    let x_ticks = ticks(low, high, (frame.w / 70.0).max(4.0));
+    (panel, Placed { frame, x: bar.range, y: [0.0, 1.0], x_ticks, ..Placed::default() })
 }
 
 /// One round of settling: margins from the present ticks, then cells, ranges and ticks anew. Returns the

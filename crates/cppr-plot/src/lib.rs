@@ -1,9 +1,9 @@
 //! Figures of concentric push-pull robots, as SVG and PNG.
 //!
-//! A [`Figure`] is plain data: panels with axes, series and annotations. Three functions make the usual
+//! A [`Figure`] is plain data: panels with axes, series and annotations. Four functions make the usual
 //! ones: [`shape_figure`] (poses of a robot, equal axes in mm), [`profile_figure`] (quantities along
-//! the robot, panels stacked over one axis) and [`xy_figure`] (one quantity against another, stable and
-//! unstable branches apart). [`Figure::to_svg`] and [`Figure::to_png`] write them; nothing here touches
+//! the robot, panels stacked over one axis) [`xy_figure`] (one quantity against another, stable and
+//! unstable branches apart) and [`cloud_figure`] (tip positions coloured by a quantity). [`Figure::to_svg`] and [`Figure::to_png`] write them; nothing here touches
 //! files, clocks or installed fonts, and the same figure gives the same bytes.
 //!
 //! Figures from different functions combine: their panels can be moved into one [`Figure`].
@@ -27,6 +27,7 @@
 //! PNG text is drawn with Noto Sans (SIL Open Font License 1.1, from the crate `notosans`), which is
 //! embedded (licence text: `LICENSE-OFL-NotoSans.txt`); SVG text names it first, then falls back to any sans-serif face.
 
+mod cloud;
 mod draw;
 mod error;
 mod figure;
@@ -47,8 +48,11 @@ mod thin;
 mod ticks;
 mod xy;
 
+pub use cloud::{Cloud, CloudInput, cloud_figure};
 pub use error::PlotError;
-pub use figure::{Annotation, Axis, Dash, Figure, Fill, Key, Marker, MarkerShape, Panel, Series, Stroke};
+pub use figure::{
+    Annotation, Axis, ColourBar, Dash, Figure, Fill, Key, Marker, MarkerShape, Panel, Series, Stroke,
+};
 pub use palette::{Colour, ramp, tube_stroke};
 pub use pose::{Colouring, Force, Line, Marks, Part, Pose, ShapeInput};
 pub use profile::{ProfileCurve, ProfileInput, Quantity, profile_figure};

@@ -35,6 +35,7 @@ pub(crate) fn png(scene: &Scene, scale: f64) -> Result<Vec<u8>, PlotError> {
         match item {
             Item::Open { .. } | Item::Close => {}
             Item::Path(path) => draw_path(&mut map, path, zoom),
+            Item::Dots { points, size, colour } => draw_dots(&mut map, points, *size, *colour, zoom),
             Item::Text(text) => draw_text(&mut map, &font, text, zoom),
         }
     }
@@ -59,6 +60,16 @@ fn draw_path(map: &mut Pixmap, path: &Path, zoom: Transform) {
     }
     if let Some(pen) = &path.pen {
         map.stroke_path(&outline, &paint(pen.colour, 1.0), &stroke(pen), zoom, None);
+    }
+}
+
+fn draw_dots(map: &mut Pixmap, points: &[[f64; 2]], size: f64, colour: Colour, zoom: Transform) {
+    let mut builder = PathBuilder::new();
+    for p in points {
+        builder.push_circle(single(p[0]), single(p[1]), single(0.5 * size));
+    }
+    if let Some(outline) = builder.finish() {
+        map.fill_path(&outline, &paint(colour, 1.0), FillRule::Winding, zoom, None);
     }
 }
 

@@ -21,6 +21,12 @@ pub(crate) enum Item {
     /// Ends the innermost group.
     Close,
     Path(Path),
+    /// Discs of one size and colour.
+    Dots {
+        points: Vec<[f64; 2]>,
+        size: f64,
+        colour: Colour,
+    },
     Text(Text),
 }
 

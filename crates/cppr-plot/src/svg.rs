@@ -1,7 +1,7 @@
 //! Writes a scene as SVG 1.1.
 //!
 //! Text stays text (searchable, editable) in a generic sans-serif; all other marks are paths. Coordinates
-//! carry three decimals, a thousandth of a px. The same scene gives the same bytes.
+//! carry three decimals, a thousandth of a px, those of dots one. The same scene gives the same bytes.
 
 use std::fmt::Write;
 
@@ -31,6 +31,7 @@ pub(crate) fn write(scene: &Scene) -> String {
             Item::Open { class } => put(&mut out, format_args!("<g class=\"{class}\">\n")),
             Item::Close => out.push_str("</g>\n"),
             Item::Path(path) => write_path(&mut out, path),
+            Item::Dots { points, size, colour } => write_dots(&mut out, points, *size, *colour),
             Item::Text(text) => write_text(&mut out, text),
         }
     }
@@ -92,6 +93,16 @@ fn write_path(out: &mut String, path: &Path) {
         }
     }
     out.push_str("/>\n");
+}
+
+/// One path for all: lines of no length with round ends.
+fn write_dots(out: &mut String, points: &[[f64; 2]], size: f64, colour: Colour) {
+    put(out, format_args!("<path class=\"dots\" fill=\"none\" stroke=\"{}\"", hex(colour)));
+    put(out, format_args!(" stroke-width=\"{}\" stroke-linecap=\"round\" d=\"", num(size)));
+    for p in points {
+        put(out, format_args!("M{:.1} {:.1}h0", p[0], p[1]));
+    }
+    out.push_str("\"/>\n");
 }
 
 fn write_text(out: &mut String, text: &Text) {

@@ -3,6 +3,7 @@
 use crate::axis::Values;
 use crate::table::{Kind, Verdict};
 use crate::task::{Plan, Task};
+use cppr::analysis::Teeth;
 use cppr_io::result::{CommandRecord, ResolutionRecord, formulation_name};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
@@ -63,6 +64,7 @@ pub(crate) fn manifest(task: &Task) -> Value {
         "formulation": formulation_name(task.settings.formulation),
         "resolution": ResolutionRecord::from(task.settings.resolution),
         "tolerance": task.settings.tolerance,
+        "teeth": task.limits.map(|teeth| if teeth == Teeth::Rigid { "rigid" } else { "bending" }),
         "plan": plan,
         "axes": axes,
         "rows": task.rows(),

@@ -7,6 +7,7 @@ use crate::table::{Chunk, Verdict};
 use crate::task::{Inputs, Task};
 use cppr::analysis::shape::tip_pose;
 use cppr::analysis::stability::stability;
+use cppr::analysis::{SectionLimit, section_limits};
 use cppr::design::Robot;
 use cppr::solve::{Command, CommandProblem, Equilibrium, Status, Workspace, solve, solve_into};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -94,6 +95,15 @@ impl Solver<'_> {
         put(found.elastic_energy);
         if task.margin {
             put(stability(robot, &mut self.workspace, found).map_or(f64::NAN, |s| s.margin));
+        }
+        if let Some(teeth) = task.limits {
+            let sections = section_limits(robot, &mut self.workspace, found, teeth);
+            // NaN where nothing is judged.
+            let greatest = |value: fn(&SectionLimit) -> Option<f64>| {
+                sections.iter().filter_map(value).fold(f64::NAN, f64::max)
+            };
+            put(greatest(SectionLimit::strain_utilisation));
+            put(greatest(|section| section.closure));
         }
         put(found.statistics.iterations as f64);
         if verdict != Verdict::Converged {

@@ -4,6 +4,7 @@ use crate::axis::{Axis, Variable};
 use crate::chunking::Chunking;
 use crate::halton::Halton;
 use crate::table::{Column, Kind};
+use cppr::analysis::Teeth;
 use cppr::design::Robot;
 use cppr::solve::{Command, Settings};
 
@@ -43,10 +44,12 @@ pub struct Task {
     pub plan: Plan,
     /// Compute the margin to instability of every pose, at about the cost of another solve.
     pub margin: bool,
+    /// Compute strain and closure of every notch, the teeth as given; costs more than the solve.
+    pub limits: Option<Teeth>,
 }
 
 impl Task {
-    /// The columns: inputs, status, tip, actuators, energy, margin where asked for, Newton steps.
+    /// The columns: inputs, status, tip, actuators, energy, margin and limits where asked for, Newton steps.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let number = |name: String| Column { name, kind: Kind::Number };
@@ -62,6 +65,9 @@ impl Task {
         columns.push(number("elastic_energy_J".into()));
         if self.margin {
             columns.push(number("margin_to_instability".into()));
+        }
+        if self.limits.is_some() {
+            columns.extend(["strain_utilisation", "closure_utilisation"].map(|name| number(name.into())));
         }
         columns.push(Column { name: "newton_steps".into(), kind: Kind::Count });
         columns

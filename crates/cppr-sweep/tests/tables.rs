@@ -3,7 +3,7 @@
 
 use cppr::Vector3;
 use cppr::analysis::shape::tip_pose;
-use cppr::analysis::{Freedom, Input, Perturbed, parameter_sensitivity};
+use cppr::analysis::{Freedom, Input, Perturbed, Teeth, parameter_sensitivity, section_limits};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Equilibrium, Settings, Workspace, solve};
@@ -40,7 +40,7 @@ fn task(name: &str, axes: Vec<Axis>) -> Task {
         ..Loads::none()
     });
     let settings = Settings::default().with_resolution(Resolution::PAPER);
-    Task { robot, robot_text, base, settings, axes, plan: Plan::Grid, margin: false }
+    Task { robot, robot_text, base, settings, axes, plan: Plan::Grid, margin: false, limits: None }
 }
 
 fn grid() -> Task {
@@ -226,6 +226,34 @@ fn an_unstable_row_does_not_lead_its_neighbours_astray() {
     for (row, verdict) in table.iter().zip(verdicts) {
         assert_eq!(row[margin] > 0.0, verdict == Verdict::Converged, "{row:?}");
     }
+}
+
+#[test]
+fn limits_are_the_greatest_of_all_notches() {
+    let mut task = grid();
+    // With the middle of a notch at the plate, rounding would decide whether it counts.
+    task.axes[1].values = Values::Range { from: -3.7e-3, to: 6.3e-3, count: 11 };
+    task.limits = Some(Teeth::Rigid);
+    let table = rows(&task, 2);
+    let mut workspace = Workspace::new();
+    for row in table.iter().step_by(61) {
+        let mut command = Command::pull(&[row[1]]).with_loads(task.base.loads.clone());
+        command.actuators[0].rotation = cppr::solve::Drive::Motion(row[2]);
+        command.loads.wrenches[0].force.y = row[0];
+        let found = solve(&task.robot, &mut workspace, &command, &task.settings).unwrap();
+        let sections = section_limits(&task.robot, &mut workspace, &found, Teeth::Rigid);
+        let strain = sections.iter().map(|s| s.strain.abs() / 0.015).fold(0.0, f64::max);
+        let closure = sections.iter().filter_map(|s| s.closure).fold(f64::NEG_INFINITY, f64::max);
+        let at = |name: &str| row[column(&task, name)];
+        for (value, wanted) in [(at("strain_utilisation"), strain), (at("closure_utilisation"), closure)] {
+            assert!(wanted > 1e-3 && (value - wanted).abs() < 1e-8, "{value} instead of {wanted}: {row:?}");
+        }
+    }
+    // Without an allowable strain there is none to compare with.
+    let text = task.robot_text.replace("allowable_strain_percent = 1.5", "");
+    let plain = Task { limits: Some(Teeth::Rigid), robot: build(&text), ..grid() };
+    let column = column(&plain, "strain_utilisation");
+    assert!(rows(&plain, 2).iter().all(|row| row[column].is_nan()));
 }
 
 #[test]

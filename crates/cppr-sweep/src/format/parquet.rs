@@ -40,19 +40,19 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
 }
 
 fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
-    let field = |name: &str, physical, repetition| {
-        Type::primitive_type_builder(name, physical).with_repetition(repetition)
-    };
     let mut fields = Vec::new();
     for Column { name, kind } in columns {
-        let built = match kind {
-            Kind::Number => field(name, Physical::DOUBLE, Repetition::OPTIONAL).build(),
-            Kind::Count | Kind::Status => field(name, Physical::INT32, Repetition::REQUIRED).build(),
+        let (physical, repetition) = match kind {
+            Kind::Number => (Physical::DOUBLE, Repetition::OPTIONAL),
+            Kind::Count | Kind::Status => (Physical::INT32, Repetition::REQUIRED),
         };
-        fields.push(Arc::new(built?));
+        let field = Type::primitive_type_builder(name, physical).with_repetition(repetition);
+        fields.push(Arc::new(field.build()?));
         if *kind == Kind::Status {
-            let text = field("status_text", Physical::BYTE_ARRAY, Repetition::REQUIRED);
-            fields.push(Arc::new(text.with_logical_type(Some(LogicalType::String)).build()?));
+            let text = Type::primitive_type_builder("status_text", Physical::BYTE_ARRAY)
+                .with_repetition(Repetition::REQUIRED)
+                .with_logical_type(Some(LogicalType::String));
+            fields.push(Arc::new(text.build()?));
         }
     }
     Type::group_type_builder("sweep").with_fields(fields).build()

@@ -1,0 +1,98 @@
+//! The workspace of a sweep as a figure: stable tip positions, coloured by a column of its table.
+
+use crate::Failure;
+use crate::figure::plot_failure;
+use cppr_plot::{Axis, Cloud, CloudInput, Figure, cloud_figure};
+use cppr_sweep::{Chunk, Task, Verdict};
+
+/// Gathers tips while a table is read.
+pub struct Workspace {
+    cloud: Cloud,
+    /// Columns of status, tip and colour.
+    columns: [usize; 5],
+    /// From the column's unit to that of the figure.
+    factor: f64,
+    axis: Axis,
+}
+
+/// Short names of columns.
+const SHORT: [(&str, &str); 6] = [
+    ("tension", "tube2_tension_N"),
+    ("torque", "tube2_torque_Nm"),
+    ("energy", "elastic_energy_J"),
+    ("margin", "margin_to_instability"),
+    ("strain", "strain_utilisation"),
+    ("closure", "closure_utilisation"),
+];
+
+/// Units of columns, what a figure shows instead, and the factor between them.
+const UNITS: [(&str, &str, f64); 5] = [
+    ("_Nm", "N mm", 1e3),
+    ("_N", "N", 1.0),
+    ("_m", "mm", 1e3),
+    ("_rad", "°", 180.0 / std::f64::consts::PI),
+    ("_J", "mJ", 1e3),
+];
+
+impl Workspace {
+    /// For a task, coloured by a column or by one of the short names.
+    pub fn new(task: &Task, colour: Option<&str>) -> Result<Self, Failure> {
+        let columns = task.columns();
+        let place = |name: &str| columns.iter().position(|column| column.name == name);
+        let actuated = task.robot.follower_count() > 0;
+        let asked = colour.unwrap_or(if actuated { "tension" } else { "energy" });
+        let name = SHORT.iter().find(|(short, _)| *short == asked).map_or(asked, |(_, name)| *name);
+        let Some(value) = place(name) else {
+            let add = match name {
+                "margin_to_instability" => "; add --margin",
+                "strain_utilisation" | "closure_utilisation" => "; add --limits",
+                _ => "",
+            };
+            let there: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+            return Err(Failure::Input(format!(
+                "--colour {asked}: the table has no such column{add}. There are {}",
+                there.join(", ")
+            )));
+        };
+        let (stem, unit, factor) = UNITS
+            .iter()
+            .find_map(|(suffix, unit, factor)| Some((name.strip_suffix(suffix)?, *unit, *factor)))
+            .unwrap_or((name, "", 1.0));
+        let place = |name| place(name).unwrap_or_default();
+        Ok(Self {
+            cloud: Cloud::new(task.robot.length()),
+            columns: [place("status"), place("tip_x_m"), place("tip_y_m"), place("tip_z_m"), value],
+            factor,
+            axis: Axis::new(label(stem), unit),
+        })
+    }
+
+    /// Takes the stable poses of a chunk.
+    pub fn visit(&mut self, chunk: &Chunk) {
+        let [status, x, y, z, value] = self.columns.map(|index| chunk.column(index));
+        for row in 0..chunk.rows {
+            if Verdict::from_code(status[row]) == Some(Verdict::Converged) {
+                self.cloud.add([x[row], y[row], z[row]], self.factor * value[row]);
+            }
+        }
+    }
+
+    /// The figure.
+    pub fn figure(self, task: &Task) -> Result<Figure, Failure> {
+        let title =
+            format!("{}: {} stable of {} poses", task.robot.design().name, self.cloud.total, task.rows());
+        let length = task.robot.length();
+        let input = CloudInput { title, cloud: self.cloud, value: self.axis, length };
+        cloud_figure(&input).map_err(|error| plot_failure(&error))
+    }
+}
+
+/// `tube2_tension` is the tension of tube 2.
+fn label(stem: &str) -> String {
+    let words = stem.replace('_', " ");
+    let tube = words.strip_prefix("tube").and_then(|rest| rest.split_once(' '));
+    match tube {
+        Some((number, what)) if number.parse::<u8>().is_ok() => format!("{what} of tube {number}"),
+        _ => words,
+    }
+}
