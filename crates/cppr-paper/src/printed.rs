@@ -1,9 +1,10 @@
 //! What the printed formula does far out: several solutions, a tension that varies, stiffness that vanishes.
 
 use crate::PaperError;
-use crate::bench::{actuated, consistent, distance, followed, printed_plane, robot, solved};
+use crate::bench::{actuated, consistent, distance, followed, printed_plane, robot, solved, solved_from};
 use crate::page::{Page, cell};
 use cppr::kinematics::Resolution;
+use cppr::solve::Equilibrium;
 use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
 
 /// Sixteen modes in the plane.
@@ -104,9 +105,10 @@ pub fn stiffness(page: &mut Page) -> Result<(), PaperError> {
     for (name, furthest) in [("r3", 13_u8), ("r4", 12)] {
         let robot = robot(name)?;
         let mut points = Vec::new();
+        let mut before: Option<Equilibrium> = None;
         for pull in 1..=furthest {
             let pull = f64::from(pull);
-            let state = followed(&robot, pull, &settings)?;
+            let state = solved_from(&robot, &actuated(pull, 0.0), &settings, before.as_ref())?;
             let base = state.shape.sections.first().map_or(0.0, |s| s.tubes[1].centroid.y);
             let left = |s: &cppr::analysis::Section| {
                 let follower = &s.tubes[1];
@@ -119,6 +121,7 @@ pub fn stiffness(page: &mut Page) -> Result<(), PaperError> {
             let lowest = state.shape.sections.iter().map(left).fold(1.0, f64::min);
             page.number(format!("{name}/{pull}mm/printed_stiffness_left"), lowest);
             points.push([pull, lowest]);
+            before = Some(state.found);
         }
         curves.push(XyCurve { marked: true, ..XyCurve::new(robot.design().name.clone(), points) });
     }
