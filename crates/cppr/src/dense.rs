@@ -1,11 +1,16 @@
 //! Small dense linear algebra on row-major slices, without allocation: the sizes are those of one
 //! equilibrium, at most a few tens.
 
-/// LU factors with partial pivoting. The buffers are reused.
+use crate::real::{Real, every};
+use nalgebra::Vector3;
+
+/// LU factors. The buffers are reused.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lu {
+pub(crate) struct Lu<S = f64> {
     n: usize,
-    factors: Vec<f64>,
+    factors: Vec<S>,
+    inverses: Vec<S>,
+    /// Rows as they were exchanged; empty where none was.
     pivots: Vec<usize>,
 }
 
@@ -22,13 +27,97 @@ pub(crate) struct Determinant {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular;
 
+impl<S: Real> Lu<S> {
+    /// Factors an n × n matrix by elimination in the order of its rows. Returns the lanes in which the first
+    /// `positive` pivots are positive and the others negative: there the order was a good one, and a symmetric
+    /// matrix has as many positive eigenvalues.
+    pub fn factor_in_order(&mut self, matrix: &[S], n: usize, positive: usize) -> u64 {
+        self.n = n;
+        self.factors.clear();
+        self.factors.extend_from_slice(&matrix[..n * n]);
+        self.pivots.clear();
+        self.inverses.clear();
+        let mut good = every::<S>();
+        for k in 0..n {
+            let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
+            let row = &upper[k * n..];
+            let pivot = row[k];
+            good &= pivot.mask(|p| if k < positive { p > LEAST_PIVOT } else { p < -LEAST_PIVOT });
+            let inverse = S::one() / pivot;
+            self.inverses.push(inverse);
+            for target in lower.chunks_exact_mut(n) {
+                let factor = target[k] * inverse;
+                target[k] = factor;
+                if !factor.vanishes() {
+                    axpy(&mut target[k + 1..], -factor, &row[k + 1..]);
+                }
+            }
+        }
+        good
+    }
+
+    /// Solves A X = B in place; B is n × columns, row-major.
+    pub fn solve(&self, b: &mut [S], columns: usize) {
+        let n = self.n;
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            if pivot != k {
+                let (upper, lower) = b.split_at_mut(pivot * columns);
+                upper[k * columns..(k + 1) * columns].swap_with_slice(&mut lower[..columns]);
+            }
+        }
+        if columns == 1 {
+            for i in 1..n {
+                let (done, rest) = b.split_at_mut(i);
+                rest[0] -= dot(&self.factors[i * n..i * n + i], done);
+            }
+            for i in (0..n).rev() {
+                let (head, done) = b.split_at_mut(i + 1);
+                head[i] = (head[i] - dot(&self.factors[i * n + i + 1..(i + 1) * n], done)) * self.inverses[i];
+            }
+            return;
+        }
+        for i in 1..n {
+            let (done, rest) = b.split_at_mut(i * columns);
+            let target = &mut rest[..columns];
+            for (k, row) in done.chunks_exact(columns).enumerate() {
+                axpy(target, -self.factors[i * n + k], row);
+            }
+        }
+        for i in (0..n).rev() {
+            let (head, done) = b.split_at_mut((i + 1) * columns);
+            let target = &mut head[i * columns..];
+            for (k, row) in done[..(n - 1 - i) * columns].chunks_exact(columns).enumerate() {
+                axpy(target, -self.factors[i * n + i + 1 + k], row);
+            }
+            for t in target {
+                *t *= self.inverses[i];
+            }
+        }
+    }
+}
+
+/// Scaled pivots of an equilibrium's tangent below this may have lost their sign to rounding.
+const LEAST_PIVOT: f64 = 1e-10;
+
 impl Lu {
-    /// Factors an n × n row-major matrix.
+    /// Of the matrix factored with partial pivoting.
+    pub fn determinant(&self) -> Determinant {
+        let mut result = Determinant { sign: 1.0, ln: 0.0 };
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            let diagonal = self.factors[k * self.n + k];
+            result.sign *= diagonal.signum() * if pivot == k { 1.0 } else { -1.0 };
+            result.ln += diagonal.abs().ln();
+        }
+        result
+    }
+
+    /// Factors an n × n row-major matrix with partial pivoting.
     pub fn factor(&mut self, matrix: &[f64], n: usize) -> Result<(), Singular> {
         self.n = n;
         self.factors.clear();
         self.factors.extend_from_slice(&matrix[..n * n]);
         self.pivots.clear();
+        self.inverses.clear();
         for k in 0..n {
             let mut pivot = k;
             let mut best = self.factors[k * n + k].abs();
@@ -48,96 +137,73 @@ impl Lu {
             }
             let row = &upper[k * n..];
             let inverse = 1.0 / row[k];
+            self.inverses.push(inverse);
             for target in lower.chunks_exact_mut(n) {
                 let factor = target[k] * inverse;
                 target[k] = factor;
                 if factor != 0.0 {
-                    for (t, r) in target[k + 1..].iter_mut().zip(&row[k + 1..]) {
-                        *t -= factor * r;
-                    }
+                    axpy(&mut target[k + 1..], -factor, &row[k + 1..]);
                 }
             }
         }
         Ok(())
     }
-
-    /// Of the factored matrix.
-    pub fn determinant(&self) -> Determinant {
-        let mut result = Determinant { sign: 1.0, ln: 0.0 };
-        for (k, &pivot) in self.pivots.iter().enumerate() {
-            let diagonal = self.factors[k * self.n + k];
-            result.sign *= diagonal.signum() * if pivot == k { 1.0 } else { -1.0 };
-            result.ln += diagonal.abs().ln();
-        }
-        result
-    }
-
-    /// Solves A X = B in place; B is n × columns, row-major.
-    pub fn solve(&self, b: &mut [f64], columns: usize) {
-        let n = self.n;
-        for (k, &pivot) in self.pivots.iter().enumerate() {
-            if pivot != k {
-                let (upper, lower) = b.split_at_mut(pivot * columns);
-                upper[k * columns..(k + 1) * columns].swap_with_slice(&mut lower[..columns]);
-            }
-        }
-        for i in 1..n {
-            let (done, rest) = b.split_at_mut(i * columns);
-            let target = &mut rest[..columns];
-            for (k, row) in done.chunks_exact(columns).enumerate() {
-                axpy(target, -self.factors[i * n + k], row);
-            }
-        }
-        for i in (0..n).rev() {
-            let (head, done) = b.split_at_mut((i + 1) * columns);
-            let target = &mut head[i * columns..];
-            for (k, row) in done[..(n - 1 - i) * columns].chunks_exact(columns).enumerate() {
-                axpy(target, -self.factors[i * n + i + 1 + k], row);
-            }
-            let inverse = 1.0 / self.factors[i * n + i];
-            for t in target {
-                *t *= inverse;
-            }
-        }
-    }
-}
-
-/// Is a symmetric matrix positive definite? Its lower half is overwritten by the Cholesky factor.
-pub(crate) fn is_positive(matrix: &mut [f64], n: usize) -> bool {
-    for i in 0..n {
-        for j in 0..=i {
-            let (head, own) = matrix.split_at(i * n);
-            let row_j = if j == i { &own[..j] } else { &head[j * n..j * n + j] };
-            let rest = own[j] - dot(&own[..j], row_j);
-            if j < i {
-                matrix[i * n + j] = rest / matrix[j * n + j];
-            } else if rest > 0.0 {
-                matrix[i * n + i] = rest.sqrt();
-            } else {
-                return false;
-            }
-        }
-    }
-    true
 }
 
 /// y += a x.
 #[inline]
-pub(crate) fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
+pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
     for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
+        *y += a * *x;
+    }
+}
+
+/// y += a x with a table of numbers.
+#[inline]
+pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * *x;
     }
 }
 
 /// x · y.
 #[inline]
-pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
+pub(crate) fn dot<S: Real>(x: &[S], y: &[S]) -> S {
+    x.iter().zip(y).fold(S::zero(), |sum, (x, y)| sum + *x * *y)
+}
+
+/// Σ w y with a table of weights.
+#[inline]
+pub(crate) fn dot_table<S: Real>(weights: &[f64], y: &[S]) -> S {
+    weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum + *y * *w)
+}
+
+/// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y.
+#[inline]
+pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
+    let n = y.len();
+    let (first, rest) = x.split_at(n);
+    let (second, third) = rest.split_at(n);
+    for ((y, a), (b, c)) in y.iter_mut().zip(first).zip(second.iter().zip(third)) {
+        *y += v.x * *a + v.y * *b + v.z * *c;
+    }
+}
+
+/// Column `i` of three rows of length n.
+#[inline]
+pub(crate) fn column<S: Real>(rows: &[S], n: usize, i: usize) -> Vector3<S> {
+    Vector3::new(rows[i], rows[n + i], rows[2 * n + i])
+}
+
+/// Sets column `i` of three rows of length n.
+#[inline]
+pub(crate) fn set_column<S: Real>(rows: &mut [S], n: usize, i: usize, v: &Vector3<S>) {
+    (rows[i], rows[n + i], rows[2 * n + i]) = (v.x, v.y, v.z);
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Lu, is_positive};
+    use super::Lu;
 
     #[test]
     fn solves_and_sees_singularity() {
@@ -145,12 +211,15 @@ mod tests {
         let a: Vec<f64> =
             (0..25).map(|i| f64::from((i * 7 + 3) % 11) - 5.0 + f64::from(u8::from(i % 6 == 2))).collect();
         let x: Vec<f64> = (0..5).map(|i| 1.0 - f64::from(i)).collect();
-        let mut b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[i * n + j] * x[j]).sum()).collect();
+        let b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[i * n + j] * x[j]).sum()).collect();
         let mut lu = Lu::default();
-        lu.factor(&a, n).unwrap();
-        lu.solve(&mut b, 1);
-        for i in 0..n {
-            assert!((b[i] - x[i]).abs() < 1e-12);
+        for columns in [1, 2] {
+            lu.factor(&a, n).unwrap();
+            let mut right: Vec<f64> = b.iter().flat_map(|v| vec![*v; columns]).collect();
+            lu.solve(&mut right, columns);
+            for i in 0..n {
+                assert!((right[i * columns] - x[i]).abs() < 1e-12);
+            }
         }
         assert!(lu.factor(&[1.0, 2.0, 2.0, 4.0], 2).is_err());
         lu.factor(&[0.0, 3.0, 0.0, 0.0, 0.0, 2.0, 5.0, 1.0, 4.0], 3).unwrap();
@@ -159,11 +228,17 @@ mod tests {
     }
 
     #[test]
-    fn knows_a_positive_matrix() {
-        let definite = [4.0, 1.0, -2.0, 1.0, 3.0, 0.5, -2.0, 0.5, 6.0];
-        assert!(is_positive(&mut definite.clone(), 3));
-        let mut saddle = definite;
-        saddle[8] = 0.9;
-        assert!(!is_positive(&mut saddle, 3));
+    fn elimination_in_order_counts_signs() {
+        // Positive on the first two, with one condition.
+        let saddle = [4.0, 1.0, 1.0, 1.0, 3.0, -2.0, 1.0, -2.0, 0.0];
+        let mut lu = Lu::default();
+        assert_eq!(lu.factor_in_order(&saddle, 3, 2), 1);
+        let x = [0.5, -1.5, 2.0];
+        let mut b: Vec<f64> = (0..3).map(|i| (0..3).map(|j| saddle[i * 3 + j] * x[j]).sum()).collect();
+        lu.solve(&mut b, 1);
+        assert!(b.iter().zip(x).all(|(b, x)| (b - x).abs() < 1e-14));
+        let mut indefinite = saddle;
+        indefinite[4] = 0.1;
+        assert_eq!(lu.factor_in_order(&indefinite, 3, 2), 0);
     }
 }

@@ -15,6 +15,7 @@ pub mod analysis;
 mod dense;
 pub mod design;
 pub mod kinematics;
+mod real;
 pub mod solve;
 pub mod statics;
 

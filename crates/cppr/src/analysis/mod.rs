@@ -11,5 +11,7 @@ pub mod stability;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, first_greatest, governing, section_limits};
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_ranges};
-pub use sensitivity::{Freedom, Input, Perturbed, Sensitivity, parameter_sensitivity, sensitivity};
+pub use sensitivity::{
+    Freedom, Input, Perturbed, Sensitivity, parameter_sensitivity, sensitivity, sensitivity_into,
+};
 pub use shape::{Section, Shape, TubeSection};

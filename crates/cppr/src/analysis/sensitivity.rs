@@ -4,11 +4,12 @@
 //! efforts and loads enter r linearly and are differentiated exactly; design parameters enter through the
 //! material fields and are differentiated at fixed y by a fourth-order difference of r.
 
+use crate::dense::column;
 use crate::design::Robot;
-use crate::kinematics::pose::column;
+use crate::kinematics::pose::Poses;
+use crate::solve::Equilibrium;
 use crate::solve::newton::{Scale, Workspace};
-use crate::solve::{Drive, Equilibrium};
-use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Vector6};
 
 /// Which degree of freedom of an actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub struct Input {
 ///
 /// Twists are (translation of the tip section's centre (m), rotation (rad)), wrenches (force (N), moment about that
 /// centre (N m)).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sensitivity {
     /// What the columns of the Jacobians are: push-pull and rotation of tube 2, then of tube 3, …
     pub inputs: Vec<Input>,
@@ -57,9 +58,8 @@ fn factor(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium) -
         return None;
     }
     equilibrium.refresh(robot, workspace);
-    workspace.poses.differentiate(&equilibrium.layout, &workspace.state, false);
-    let n = workspace.residual.len();
-    workspace.lu.factor(&workspace.matrix, n).ok()
+    workspace.pose_rows(robot, &equilibrium.layout);
+    workspace.factor(&equilibrium.system(robot)).ok()
 }
 
 /// Jacobians and compliance. `None` where there is no equilibrium or its tangent is singular (at a fold).
@@ -69,57 +69,141 @@ pub fn sensitivity(
     workspace: &mut Workspace,
     equilibrium: &Equilibrium,
 ) -> Option<Sensitivity> {
-    factor(robot, workspace, equilibrium)?;
-    let readout = Readout::new(robot, workspace, equilibrium);
-    let (n_u, n, m) = (readout.unknowns, workspace.residual.len(), readout.inputs.len());
+    let mut result = Sensitivity::default();
+    sensitivity_into(robot, workspace, equilibrium, &mut result).then_some(result)
+}
+
+/// The same for control loops: allocates nothing where `result` comes from the same robot. False where there are no
+/// derivatives; `result` is then left as it was.
+pub fn sensitivity_into(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    equilibrium: &Equilibrium,
+    result: &mut Sensitivity,
+) -> bool {
+    if factor(robot, workspace, equilibrium).is_none() {
+        return false;
+    }
+    let scale = Scale::of(robot);
+    let (n_u, n) = (workspace.state.unknowns, workspace.residual.len());
+    result.place(equilibrium);
+    let m = result.inputs.len();
     // −∂r/∂p for all inputs and the six components of a tip wrench.
     let columns = m + 6;
-    let mut rhs = vec![0.0; n * columns];
-    for (c, place) in readout.places.iter().enumerate() {
-        match *place {
-            Place::Row { row, unit } => rhs[row * columns + c] = -1.0 / unit,
-            Place::Knob { follower, which } => {
-                for i in 0..n_u {
-                    let slope = workspace.assembly.knob_rows[follower][which][i];
-                    rhs[i * columns + c] = slope * workspace.units[i] / readout.energy;
-                }
+    let mut rhs = std::mem::take(&mut workspace.right);
+    rhs.clear();
+    rhs.resize(n * columns, 0.0);
+    let mut row = n_u;
+    for (c, input) in result.inputs.iter().enumerate() {
+        if input.is_motion {
+            rhs[row * columns + c] = -1.0 / input.freedom.unit(scale.length);
+            row += 1;
+        } else {
+            let slopes = &workspace.assembly.knob_rows[c / 2][c % 2];
+            for (i, (slope, unit)) in slopes.iter().zip(&workspace.units).enumerate() {
+                rhs[i * columns + c] = slope * unit / scale.energy;
             }
         }
     }
-    for i in 0..n_u {
-        let twist = readout.tip_rate(workspace, i);
-        for axis in 0..6 {
-            rhs[i * columns + m + axis] = twist[axis] * workspace.units[i] / readout.energy;
+    let tip = Tip::new(&workspace.poses);
+    for i in 0..tip.posed {
+        let rate = tip.rate(i) * (workspace.units[i] / scale.energy);
+        rhs[i * columns + m..(i + 1) * columns].copy_from_slice(rate.as_slice());
+    }
+    workspace.solve(&mut rhs, columns);
+    let mut compliance = Matrix6::zeros();
+    result.tip_jacobian.fill(0.0);
+    for (i, row) in rhs.chunks_exact(columns).take(tip.posed).enumerate() {
+        let rate = tip.rate(i) * workspace.units[i];
+        for (mut twist, value) in result.tip_jacobian.column_iter_mut().zip(&row[..m]) {
+            twist.axpy(*value, &rate, 1.0);
+        }
+        for (mut twist, value) in compliance.column_iter_mut().zip(&row[m..]) {
+            twist.axpy(*value, &rate, 1.0);
         }
     }
-    workspace.lu.solve(&mut rhs, columns);
-    let mut twists = DMatrix::zeros(6, columns);
-    let mut responses = DMatrix::zeros(m, columns);
-    for c in 0..columns {
-        let step: Vec<f64> = (0..n).map(|i| rhs[i * columns + c]).collect();
-        twists.set_column(c, &readout.twist(workspace, &step));
-        for (r, value) in readout.responses(workspace, &step).into_iter().enumerate() {
-            responses[(r, c)] = value;
+    result.compliance = compliance;
+    let turn = workspace.poses.rotation[workspace.poses.rotation.len() - 1].transpose();
+    for (mut body, world) in result.tip_jacobian_body.column_iter_mut().zip(result.tip_jacobian.column_iter())
+    {
+        body.fixed_rows_mut::<3>(0).copy_from(&(turn * world.fixed_rows::<3>(0)));
+        body.fixed_rows_mut::<3>(3).copy_from(&(turn * world.fixed_rows::<3>(3)));
+    }
+    let mut row = n_u;
+    for (r, input) in result.inputs.iter().enumerate() {
+        for c in 0..columns {
+            let value = if input.is_motion {
+                rhs[row * columns + c] * scale.energy / input.freedom.unit(scale.length)
+            } else {
+                let slopes = workspace.assembly.knob_rows[r / 2][r % 2].iter().zip(&workspace.units);
+                slopes.enumerate().map(|(i, (slope, unit))| slope * unit * rhs[i * columns + c]).sum()
+            };
+            if c < m {
+                result.response[(r, c)] = value;
+            } else {
+                result.response_by_wrench[(r, c - m)] = value;
+            }
+        }
+        row += usize::from(input.is_motion);
+    }
+    workspace.right = rhs;
+    true
+}
+
+impl Freedom {
+    /// What motions are divided by in the conditions.
+    fn unit(self, length: f64) -> f64 {
+        match self {
+            Self::PushPull => length,
+            Self::Rotation => 1.0,
         }
     }
-    let tip_jacobian = twists.columns(0, m).into_owned();
-    let last = workspace.poses.rotation.len() - 1;
-    let turn = workspace.poses.rotation[last].transpose();
-    let mut tip_jacobian_body = tip_jacobian.clone();
-    for mut column in tip_jacobian_body.column_iter_mut() {
-        let shift = turn * column.fixed_rows::<3>(0);
-        let spin = turn * column.fixed_rows::<3>(3);
-        column.fixed_rows_mut::<3>(0).copy_from(&shift);
-        column.fixed_rows_mut::<3>(3).copy_from(&spin);
+}
+
+impl Sensitivity {
+    /// Names the inputs of an equilibrium and makes room for them.
+    fn place(&mut self, equilibrium: &Equilibrium) {
+        self.inputs.clear();
+        for (follower, actuator) in equilibrium.drives.iter().enumerate() {
+            for (freedom, drive) in
+                [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
+            {
+                self.inputs.push(Input { tube: follower + 2, freedom, is_motion: drive.is_motion() });
+            }
+        }
+        let m = self.inputs.len();
+        for (matrix, rows, columns) in [
+            (&mut self.tip_jacobian, 6, m),
+            (&mut self.tip_jacobian_body, 6, m),
+            (&mut self.response, m, m),
+            (&mut self.response_by_wrench, m, 6),
+        ] {
+            if matrix.shape() != (rows, columns) {
+                *matrix = DMatrix::zeros(rows, columns);
+            }
+        }
     }
-    Some(Sensitivity {
-        compliance: twists.fixed_columns::<6>(m).fixed_rows::<6>(0).into_owned(),
-        response_by_wrench: responses.columns(m, 6).into_owned(),
-        response: responses.columns(0, m).into_owned(),
-        inputs: readout.inputs,
-        tip_jacobian,
-        tip_jacobian_body,
-    })
+}
+
+/// Rows of the tip's twist by the unknowns.
+#[derive(Clone, Copy)]
+struct Tip<'a> {
+    shift: &'a [f64],
+    spin: &'a [f64],
+    /// Unknowns that move it.
+    posed: usize,
+}
+
+impl<'a> Tip<'a> {
+    fn new(poses: &'a Poses) -> Self {
+        let start = (poses.rotation.len() - 1) * 3 * poses.posed;
+        Self { shift: &poses.shift[start..], spin: &poses.spin[start..], posed: poses.posed }
+    }
+
+    fn rate(&self, i: usize) -> Vector6<f64> {
+        let (shift, spin) = (column(self.shift, self.posed, i), column(self.spin, self.posed, i));
+        Vector6::new(shift.x, shift.y, shift.z, spin.x, spin.y, spin.z)
+    }
 }
 
 /// A robot with one design parameter moved to both sides, for fourth-order differences.
@@ -156,7 +240,6 @@ pub fn parameter_sensitivity(
     let step = *step;
     factor(robot, workspace, equilibrium)?;
     let scale = Scale::of(robot);
-    let lu = workspace.lu.clone();
     let mut slope = vec![0.0; workspace.residual.len()];
     for (moved, &(_, share)) in robots.iter().zip(&Perturbed::SHARES) {
         let system = equilibrium.system(moved);
@@ -168,7 +251,8 @@ pub fn parameter_sensitivity(
             *s -= share * factor * r / (12.0 * step);
         }
     }
-    lu.solve(&mut slope, 1);
+    // Evaluating leaves the factors as they are.
+    workspace.solve(&mut slope, 1);
     let mut total: Vec<f64> = Vec::new();
     for (moved, &(at, share)) in robots.iter().zip(&Perturbed::SHARES) {
         let along = equilibrium.moved(robot, &slope, at * step);
@@ -179,76 +263,4 @@ pub fn parameter_sensitivity(
         }
     }
     Some(total)
-}
-
-/// Where an input enters the conditions.
-enum Place {
-    /// A prescribed motion: its own row, divided by `unit`.
-    Row { row: usize, unit: f64 },
-    /// A prescribed effort: the row of its knob.
-    Knob { follower: usize, which: usize },
-}
-
-/// Reads twists and responses from a step of the unknowns.
-struct Readout {
-    unknowns: usize,
-    energy: f64,
-    force: f64,
-    inputs: Vec<Input>,
-    places: Vec<Place>,
-}
-
-impl Readout {
-    fn new(robot: &Robot, workspace: &Workspace, equilibrium: &Equilibrium) -> Self {
-        let scale = Scale::of(robot);
-        let unknowns = workspace.state.unknowns;
-        let (mut inputs, mut places, mut row) = (Vec::new(), Vec::new(), unknowns);
-        for (follower, actuator) in equilibrium.drives.iter().enumerate() {
-            for (which, drive, freedom, unit) in [
-                (0, actuator.push_pull, Freedom::PushPull, scale.length),
-                (1, actuator.rotation, Freedom::Rotation, 1.0),
-            ] {
-                let is_motion = matches!(drive, Drive::Motion(_));
-                inputs.push(Input { tube: follower + 2, freedom, is_motion });
-                if is_motion {
-                    places.push(Place::Row { row, unit });
-                    row += 1;
-                } else {
-                    places.push(Place::Knob { follower, which });
-                }
-            }
-        }
-        Self { unknowns, energy: scale.energy, force: scale.energy / scale.length, inputs, places }
-    }
-
-    /// Tip twist by unknown `i`.
-    fn tip_rate(&self, workspace: &Workspace, i: usize) -> Vector6<f64> {
-        let last = workspace.poses.rotation.len() - 1;
-        let shift: Vector3<f64> = column(&workspace.poses.shift, last, self.unknowns, i);
-        let spin = column(&workspace.poses.spin, last, self.unknowns, i);
-        Vector6::new(shift.x, shift.y, shift.z, spin.x, spin.y, spin.z)
-    }
-
-    /// Tip twist of a scaled step.
-    fn twist(&self, workspace: &Workspace, step: &[f64]) -> Vector6<f64> {
-        (0..self.unknowns).map(|i| self.tip_rate(workspace, i) * (step[i] * workspace.units[i])).sum()
-    }
-
-    /// Change of every input's conjugate in a scaled step.
-    fn responses(&self, workspace: &Workspace, step: &[f64]) -> Vec<f64> {
-        self.places
-            .iter()
-            .zip(&self.inputs)
-            .map(|(place, input)| match *place {
-                Place::Row { row, .. } => {
-                    let unit = if input.freedom == Freedom::PushPull { self.force } else { self.energy };
-                    step[row] * unit
-                }
-                Place::Knob { follower, which } => {
-                    let row = &workspace.assembly.knob_rows[follower][which];
-                    (0..self.unknowns).map(|i| row[i] * step[i] * workspace.units[i]).sum()
-                }
-            })
-            .collect()
-    }
 }

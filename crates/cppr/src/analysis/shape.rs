@@ -13,7 +13,7 @@ use crate::kinematics::layout::Layout;
 use crate::kinematics::magnus::Magnus;
 use crate::kinematics::pose::{curvature, point};
 use crate::kinematics::so3;
-use crate::kinematics::state::{State, part};
+use crate::kinematics::state::{part, row};
 use crate::solve::{Equilibrium, Workspace};
 use crate::statics::energy;
 use nalgebra::{Matrix3, Vector3};
@@ -331,8 +331,7 @@ impl<'a> Recovery<'a> {
         let end = state.joints[(place.e + 1) * followers + f];
         let node = |j: usize| element.first_node + j;
         let turn = |j: usize| {
-            state.local[node(j) * layout.rows() + State::row(f, local::DTH)]
-                - state.rest[node(j) * followers + f][1]
+            state.local[node(j) * layout.rows() + row(f, local::DTH)] - state.rest[node(j) * followers + f][1]
         };
         let angle = end[1] - length * (0..n).map(|j| to_end[j] * turn(j)).sum::<f64>();
         let spread: f64 = (0..n).map(|j| to_end[j] * state.facing[node(j) * followers + f].h).sum();
@@ -345,7 +344,7 @@ impl<'a> Recovery<'a> {
         v[local::FACE] = abscissa;
         v[local::EK] = if layout.stretch { field(4 + followers + f) } else { 0.0 };
         let jets = self.robot.fields[f + 1].jets(abscissa, part(element, f + 1));
-        let facing = Facing::new(&v, &place.jets.offset, &jets.offset);
+        let facing = Facing::new(&v, v[local::TH].sin_cos().into(), &place.jets.offset, &jets.offset);
         let rotation = place.rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);
         let strain = Vector3::new(facing.a, -facing.p, -facing.r) / facing.h
             - Vector3::new(jets.direction[1], 0.0, 0.0);

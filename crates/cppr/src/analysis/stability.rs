@@ -3,10 +3,10 @@
 //! An equilibrium is stable where δuᵀ 𝓛_uu δu > 0 for every δu that keeps the prescribed motions and the
 //! edges. Loads that have no potential (follower loads, dead moments) enter with the symmetric part.
 
-use crate::dense::{axpy, dot, is_positive};
+use crate::dense::axpy;
 use crate::design::Robot;
 use crate::kinematics::follower::local;
-use crate::kinematics::state::State;
+use crate::kinematics::state::row;
 use crate::solve::newton::{System, Workspace};
 use crate::solve::{Equilibrium, Formulation};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
@@ -88,39 +88,17 @@ impl Reduced {
 
 /// Is the evaluated equilibrium a minimum on the free motions?
 pub(crate) fn is_stable(workspace: &mut Workspace, system: &System) -> bool {
-    if system.formulation == Formulation::Printed || penalised(workspace, system) {
+    if system.formulation == Formulation::Printed {
+        return true;
+    }
+    // The penalties of the tangent vanish on motions that keep the conditions: positive pivots suffice.
+    let symmetric = system.loads.first().is_conservative();
+    if symmetric && workspace.factor(system).is_ok() && workspace.is_in_order() {
         return true;
     }
     let free = free_motions(workspace, system);
     Cholesky::new(reduced_tangent(workspace, &free)).is_some()
 }
-
-/// Sufficient and cheap: the tangent plus a penalty on the conditions is positive. On motions that keep the
-/// conditions the penalty vanishes.
-fn penalised(workspace: &mut Workspace, system: &System) -> bool {
-    let n_u = system.layout.unknowns();
-    let n = workspace.residual.len();
-    let Workspace { matrix, penalty, .. } = workspace;
-    penalty.clear();
-    let mut largest = 0.0_f64;
-    for i in 0..n_u {
-        for j in 0..n_u {
-            penalty.push(0.5 * (matrix[i * n + j] + matrix[j * n + i]));
-        }
-        largest = largest.max(matrix[i * n + i].abs());
-    }
-    for row in matrix.chunks_exact(n).skip(n_u) {
-        let row = &row[..n_u];
-        let weight = PENALTY * largest / dot(row, row).max(f64::MIN_POSITIVE);
-        for (i, &own) in row.iter().enumerate() {
-            axpy(&mut penalty[i * n_u..(i + 1) * n_u], weight * own, row);
-        }
-    }
-    is_positive(penalty, n_u)
-}
-
-/// Stiffness of the penalty against the largest of the tangent: large, and far from rounding it away.
-const PENALTY: f64 = 1e4;
 
 /// A basis of the scaled motions that keep all conditions, one column each, by elimination with full
 /// pivoting of the conditions' rows.
@@ -184,8 +162,9 @@ fn elastic_stiffness(workspace: &Workspace, system: &System) -> DMatrix<f64> {
     let mut stiffness = DMatrix::zeros(n_u, n_u);
     let mut add = |rows: &[(usize, f64)], node: usize, factor: f64| {
         let mut strain = vec![0.0; n_u];
-        for &(row, share) in rows {
-            axpy(&mut strain[..layout.modes], share, &state.z_row(node, row)[..layout.modes]);
+        for &(variable, share) in rows {
+            let edges = layout.edges.len();
+            axpy(&mut strain[edges..], share, &state.z_row(node, variable)[edges..]);
         }
         strain.iter_mut().zip(units).for_each(|(s, unit)| *s *= unit);
         for i in 0..n_u {
@@ -205,8 +184,8 @@ fn elastic_stiffness(workspace: &Workspace, system: &System) -> DMatrix<f64> {
                     (vec![(local::KX, 1.0)], (1.0, 0.0), local::E1)
                 } else {
                     let (s, c) = state.rest[node * (layout.tubes - 1) + tube - 1][0].sin_cos();
-                    let turn = State::row(tube - 1, local::DTH);
-                    (vec![(local::KX, 1.0), (turn, -1.0)], (c, s), State::row(tube - 1, local::EK))
+                    let turn = row(tube - 1, local::DTH);
+                    (vec![(local::KX, 1.0), (turn, -1.0)], (c, s), row(tube - 1, local::EK))
                 };
                 add(&twist, node, weight * jets.torsion[0]);
                 add(&[(local::KY, c), (local::KZ, -s)], node, weight * jets.bending_y[0]);
@@ -217,7 +196,7 @@ fn elastic_stiffness(workspace: &Workspace, system: &System) -> DMatrix<f64> {
             }
         }
     }
-    for edge in layout.modes..n_u {
+    for edge in 0..layout.edges.len() {
         // Bound by its own condition; any positive number keeps the matrix definite.
         stiffness[(edge, edge)] = f64::EPSILON;
     }

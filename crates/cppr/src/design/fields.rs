@@ -6,27 +6,29 @@
 //! equilibrium is the derivative of its residual to rounding.
 
 use super::spline::CubicSpline;
+use crate::real::Real;
+use std::array::from_fn;
 
 /// Value, first and second derivative with respect to x.
-pub(crate) type Jet = [f64; 3];
+pub(crate) type Jet<S = f64> = [S; 3];
 
 /// The fields of a tube at one abscissa, with derivatives.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FieldJets {
+pub(crate) struct FieldJets<S = f64> {
     /// D (m), scaled by the centroid offset factor.
-    pub offset: Jet,
+    pub offset: Jet<S>,
     /// EI_Y (N m²).
-    pub bending_y: Jet,
+    pub bending_y: Jet<S>,
     /// EI_Z (N m²).
-    pub bending_z: Jet,
+    pub bending_z: Jet<S>,
     /// GJ about the tube's centre (N m²).
-    pub torsion: Jet,
+    pub torsion: Jet<S>,
     /// EA (N).
-    pub axial: Jet,
+    pub axial: Jet<S>,
     /// Mass per length (kg/m).
-    pub mass: Jet,
+    pub mass: Jet<S>,
     /// φ (rad) and its first three derivatives.
-    pub direction: [f64; 4],
+    pub direction: [S; 4],
 }
 
 /// Sampled values of the fields at one abscissa.
@@ -123,53 +125,73 @@ impl Fields {
         same && straight && self.splines.is_empty()
     }
 
+    /// True where the fields of a part are the same everywhere, the direction apart, which does not turn.
+    pub fn is_constant(&self, part: Part) -> bool {
+        match part {
+            Part::Below => self.below_twist == 0.0,
+            Part::Pattern => {
+                self.splines.is_empty()
+                    && self.direction.is_linear()
+                    && self.direction.eval(0.0)[1].abs() * self.length <= f64::EPSILON
+            }
+        }
+    }
+
     /// φ (rad) and its derivatives on the given part.
     #[inline]
-    pub fn direction(&self, x: f64, part: Part) -> [f64; 4] {
+    pub fn direction<S: Real>(&self, x: S, part: Part) -> [S; 4] {
         match part {
-            Part::Below => [self.below.direction + self.below_twist * x, self.below_twist, 0.0, 0.0],
-            Part::Pattern if x < 0.0 => {
+            Part::Below => {
+                let twist = self.below_twist;
+                [x * twist + self.below.direction, S::splat(twist), S::zero(), S::zero()]
+            }
+            Part::Pattern if x.mask(|x| x < 0.0) != 0 => {
                 let [value, slope, ..] = self.direction.eval(0.0);
-                [value + slope * x, slope, 0.0, 0.0]
+                let inside = self.direction.eval(x);
+                let line = [x * slope + value, S::splat(slope), S::zero(), S::zero()];
+                from_fn(|k| {
+                    S::from_lanes(|l| if x.lane(l) < 0.0 { line[k].lane(l) } else { inside[k].lane(l) })
+                })
             }
             Part::Pattern => self.direction.eval(x),
         }
     }
 
+    /// One of the splines at x. Left of its range the pattern is held at its value at x = 0.
+    #[inline]
+    fn tabulated<S: Real>(&self, which: usize, x: S) -> Jet<S> {
+        let [v, d, dd, _] = self.splines[which].eval(x);
+        if x.mask(|x| x < 0.0) == 0 {
+            return [v, d, dd];
+        }
+        let base = self.base.tabulated()[which];
+        let inside = |l: usize| x.lane(l) >= 0.0;
+        let zero_below = |value: S| S::from_lanes(|l| if inside(l) { value.lane(l) } else { 0.0 });
+        [S::from_lanes(|l| if inside(l) { v.lane(l) } else { base }), zero_below(d), zero_below(dd)]
+    }
+
     /// D and its derivatives on the given part.
     #[inline]
-    pub fn offset(&self, x: f64, part: Part) -> Jet {
-        match (part, self.splines.first()) {
-            (Part::Below, _) => [self.below.centroid_offset, 0.0, 0.0],
-            (Part::Pattern, Some(spline)) if x >= 0.0 => {
-                let [v, d, dd, _] = spline.eval(x);
-                [v, d, dd]
-            }
-            (Part::Pattern, _) => [self.base.centroid_offset, 0.0, 0.0],
+    pub fn offset<S: Real>(&self, x: S, part: Part) -> Jet<S> {
+        let constant = |value: f64| [S::splat(value), S::zero(), S::zero()];
+        match part {
+            Part::Below => constant(self.below.centroid_offset),
+            Part::Pattern if self.splines.is_empty() => constant(self.base.centroid_offset),
+            Part::Pattern => self.tabulated(0, x),
         }
     }
 
-    /// All fields at x on the given part. Left of its range the pattern is held at its value at x = 0.
+    /// All fields at x on the given part.
     #[inline]
-    pub fn jets(&self, x: f64, part: Part) -> FieldJets {
+    pub fn jets<S: Real>(&self, x: S, part: Part) -> FieldJets<S> {
         let direction = self.direction(x, part);
-        let constant = match part {
-            Part::Below => &self.below,
-            Part::Pattern if self.splines.is_empty() || x < 0.0 => &self.base,
-            Part::Pattern => return self.spline_jets(x, direction),
+        let constant =
+            |values: &FieldValues| values.tabulated().map(|value| [S::splat(value), S::zero(), S::zero()]);
+        let [offset, bending_y, bending_z, torsion, axial, mass] = match part {
+            Part::Below => constant(&self.below),
+            Part::Pattern if self.splines.is_empty() => constant(&self.base),
+            Part::Pattern => from_fn(|which| self.tabulated(which, x)),
         };
-        let [offset, bending_y, bending_z, torsion, axial, mass] =
-            constant.tabulated().map(|v| [v, 0.0, 0.0]);
-        FieldJets { offset, bending_y, bending_z, torsion, axial, mass, direction }
-    }
-
-    fn spline_jets(&self, x: f64, direction: [f64; 4]) -> FieldJets {
-        let mut jets = [[0.0; 3]; 6];
-        for (jet, spline) in jets.iter_mut().zip(&self.splines) {
-            let [v, d, dd, _] = spline.eval(x);
-            *jet = [v, d, dd];
-        }
-        let [offset, bending_y, bending_z, torsion, axial, mass] = jets;
         FieldJets { offset, bending_y, bending_z, torsion, axial, mass, direction }
     }
 

@@ -2,7 +2,11 @@
 
 use super::fields::{FieldValues, Fields, Part};
 use super::{BelowPlate, NotchedTube, Outline, Profile, SectionError, StiffnessTube, Torsion, TubeDesign};
+use crate::real::Real;
+use std::array::from_fn;
+use std::f64::consts::PI;
 use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Cells of the field tables along [0, L]; the spline error is far below the discretisation's.
 const TABLE_CELLS: u16 = 256;
@@ -86,7 +90,15 @@ impl std::error::Error for DesignProblem {}
 pub struct Robot {
     design: RobotDesign,
     pub(crate) fields: Vec<Fields>,
+    /// The same for clones only: workspaces keep what depends on the robot alone.
+    pub(crate) serial: u64,
+    is_planar: bool,
+    /// Σ EI_Z at the middle of the robot (N m²): its scale of stiffness.
+    pub(crate) bending: f64,
 }
+
+/// Serial number of the robot built next.
+static NEXT_SERIAL: AtomicU64 = AtomicU64::new(1);
 
 impl Robot {
     /// Checks a design and tabulates its fields.
@@ -109,7 +121,13 @@ impl Robot {
                 Err(mut found) => problems.append(&mut found),
             }
         }
-        if problems.is_empty() { Ok(Self { design, fields }) } else { Err(problems) }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let is_planar = is_planar(design.length, &fields);
+        let bending = fields.iter().map(|f| f.values(0.5 * design.length).bending_z).sum();
+        let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
+        Ok(Self { design, fields, serial, is_planar, bending })
     }
 
     /// The design it was built from.
@@ -151,27 +169,27 @@ impl Robot {
     /// True where all centroid lines at rest lie in the X–Y plane.
     #[must_use]
     pub fn is_planar(&self) -> bool {
-        let length = self.length();
-        self.fields.iter().all(|f| {
-            (0..=16).all(|i| {
-                let x = length * f64::from(i) / 16.0;
-                f.direction(x, Part::Pattern)[0].sin().abs() < 1e-12 || f.offset(x, Part::Pattern)[0] < 1e-15
-            })
-        })
+        self.is_planar
     }
 
     /// θ_k at rest and its first three derivatives at label X: π − (φ_k − φ_1).
     #[inline]
-    pub(crate) fn rest_angle(&self, follower: usize, label: f64) -> [f64; 4] {
+    pub(crate) fn rest_angle<S: Real>(&self, follower: usize, label: S) -> [S; 4] {
         let own = self.fields[follower].direction(label, Part::Pattern);
         let leader = self.fields[0].direction(label, Part::Pattern);
-        let mut angle = [0.0; 4];
-        for i in 0..4 {
-            angle[i] = leader[i] - own[i];
-        }
-        angle[0] += std::f64::consts::PI;
+        let mut angle = from_fn(|i| leader[i] - own[i]);
+        angle[0] = angle[0] + PI;
         angle
     }
+}
+
+fn is_planar(length: f64, fields: &[Fields]) -> bool {
+    fields.iter().all(|f| {
+        (0..=16).all(|i| {
+            let x = length * f64::from(i) / 16.0;
+            f.direction(x, Part::Pattern)[0].sin().abs() < 1e-12 || f.offset(x, Part::Pattern)[0] < 1e-15
+        })
+    })
 }
 
 /// The outline a tube slides with, where its geometry is known.
@@ -343,7 +361,7 @@ fn chebyshev(
     let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
     (0..=TORSION_SAMPLES)
         .map(|i| {
-            let angle = std::f64::consts::PI * f64::from(i) / f64::from(TORSION_SAMPLES);
+            let angle = PI * f64::from(i) / f64::from(TORSION_SAMPLES);
             let depth = (middle + half * angle.cos()).clamp(least, greatest);
             solve(depth).map(|value| (depth, value))
         })

@@ -1,5 +1,8 @@
 //! C² cubic spline on a uniform grid, with not-a-knot ends: fourth-order accurate up to the ends.
 
+use crate::real::Real;
+use std::array::from_fn;
+
 /// A cubic spline over [0, length].
 #[derive(Clone, Debug)]
 pub(crate) struct CubicSpline {
@@ -41,12 +44,17 @@ impl CubicSpline {
     /// Value and first three derivatives at x; the end cells go on outside the range.
     #[inline]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    pub fn eval(&self, x: f64) -> [f64; 4] {
+    pub fn eval<S: Real>(&self, x: S) -> [S; 4] {
         // A negative or NaN position saturates to cell 0.
-        let cell = ((x * self.density) as usize).min(self.cells.len() - 1);
-        let t = x - cell as f64 * self.step;
-        let [a, b, c, d] = self.cells[cell];
-        [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d), 2.0 * c + 6.0 * t * d, 6.0 * d]
+        let cell = |l: usize| ((x.lane(l) * self.density) as usize).min(self.cells.len() - 1);
+        let t = x - S::from_lanes(|l| cell(l) as f64 * self.step);
+        let [a, b, c, d] = from_fn(|k| S::from_lanes(|l| self.cells[cell(l)][k]));
+        [a + t * (b + t * (c + t * d)), b + t * (c * 2.0 + t * d * 3.0), c * 2.0 + t * d * 6.0, d * 6.0]
+    }
+
+    /// True where the spline is one straight line.
+    pub fn is_linear(&self) -> bool {
+        self.cells.len() == 1
     }
 }
 

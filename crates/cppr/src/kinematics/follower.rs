@@ -10,6 +10,7 @@
 //! ```
 
 use crate::design::fields::Jet;
+use crate::real::Real;
 
 /// Local variables of one follower at one label, in this order everywhere.
 pub(crate) mod local {
@@ -37,36 +38,33 @@ pub(crate) mod local {
 use local::{COUNT, DTH, E1, EK, FACE, KX, KY, KZ, TH, X};
 
 /// A vector over the local variables.
-pub(crate) type Row = [f64; COUNT];
-/// A symmetric matrix over the local variables.
-pub(crate) type Block = [[f64; COUNT]; COUNT];
+pub(crate) type Row<S = f64> = [S; COUNT];
 
 /// |h| and what it is made of, with first derivatives.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Facing {
-    pub sin: f64,
-    pub cos: f64,
+pub(crate) struct Facing<S = f64> {
+    pub sin: S,
+    pub cos: S,
     /// a = K_X − θ'.
-    pub a: f64,
+    pub a: S,
     /// p = c K_Y − s K_Z.
-    pub p: f64,
+    pub p: S,
     /// r = s K_Y + c K_Z.
-    pub r: f64,
-    pub h: f64,
+    pub r: S,
+    pub h: S,
     /// Derivatives of |h|.
-    pub dh: Row,
+    pub dh: Row<S>,
 }
 
-impl Facing {
-    /// At the given local variables; D_1(X) and D_k(x) with derivatives.
+impl<S: Real> Facing<S> {
+    /// At the given local variables, sine and cosine of θ; D_1(X) and D_k(x) with derivatives.
     #[inline]
-    pub fn new(v: &Row, leader_offset: &Jet, offset: &Jet) -> Self {
-        let (sin, cos) = v[TH].sin_cos();
+    pub fn new(v: &Row<S>, [sin, cos]: [S; 2], leader_offset: &Jet<S>, offset: &Jet<S>) -> Self {
         let r = sin * v[KY] + cos * v[KZ];
         let p = cos * v[KY] - sin * v[KZ];
-        let inverse = 1.0 / (1.0 + v[EK]);
-        let h = (1.0 + v[E1] + leader_offset[0] * v[KZ] + offset[0] * r) * inverse;
-        let mut dh = [0.0; COUNT];
+        let inverse = S::one() / (v[EK] + 1.0);
+        let h = (v[E1] + 1.0 + leader_offset[0] * v[KZ] + offset[0] * r) * inverse;
+        let mut dh = [S::zero(); COUNT];
         dh[KY] = offset[0] * sin * inverse;
         dh[KZ] = (leader_offset[0] + offset[0] * cos) * inverse;
         dh[E1] = inverse;
@@ -77,29 +75,31 @@ impl Facing {
         Self { sin, cos, a: v[KX] - v[DTH], p, r, h, dh }
     }
 
-    /// Adds `factor` times the second derivatives of |h|.
+    /// Adds `factor` times the second derivatives of |h|: `add(i, j, value)` takes each once.
     #[inline]
-    pub fn add_second(&self, v: &Row, leader_offset: &Jet, offset: &Jet, factor: f64, block: &mut Block) {
-        let inverse = 1.0 / (1.0 + v[EK]);
+    pub fn second(
+        &self,
+        v: &Row<S>,
+        leader_offset: &Jet<S>,
+        offset: &Jet<S>,
+        factor: S,
+        add: &mut impl FnMut(usize, usize, S),
+    ) {
+        let inverse = S::one() / (v[EK] + 1.0);
         let f = factor * inverse;
-        let mut add = |i: usize, j: usize, value: f64| {
-            block[i][j] += value;
-            if i != j {
-                block[j][i] += value;
-            }
-        };
+        let [d, d1, d2] = *offset;
+        add(KY, TH, f * d * self.cos);
+        add(KZ, TH, -f * d * self.sin);
+        add(TH, TH, -f * d * self.r);
+        add(KY, FACE, f * d1 * self.sin);
+        add(KZ, FACE, f * d1 * self.cos);
+        add(TH, FACE, f * d1 * self.p);
+        add(FACE, FACE, f * d2 * self.r);
         add(KZ, X, f * leader_offset[1]);
         add(X, X, f * leader_offset[2] * v[KZ]);
-        add(KY, TH, f * offset[0] * self.cos);
-        add(KZ, TH, -f * offset[0] * self.sin);
-        add(TH, TH, -f * offset[0] * self.r);
-        add(KY, FACE, f * offset[1] * self.sin);
-        add(KZ, FACE, f * offset[1] * self.cos);
-        add(TH, FACE, f * offset[1] * self.p);
-        add(FACE, FACE, f * offset[2] * self.r);
         for i in [KY, KZ, E1, X, TH, FACE] {
             add(i, EK, -f * self.dh[i]);
         }
-        add(EK, EK, 2.0 * f * self.h * inverse);
+        add(EK, EK, f * self.h * inverse * 2.0);
     }
 }

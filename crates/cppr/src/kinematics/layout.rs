@@ -5,10 +5,16 @@
 //! A joint is fixed (base, tip, the point of a concentrated load) or an **edge**: the section where the
 //! pattern of a follower begins, x_k(X) = 0. Stiffness and offset jump there, so the joint moves with
 //! the robot; its label is one more unknown and x_k = 0 one more condition.
+//!
+//! Unknowns are numbered edges first, then what moves the leader (ΔK and e_1 of all elements), then the followers'
+//! fields: poses depend on the first part alone.
 
 use super::follower::local;
 use super::rule::{Rule, legendre_values};
+use crate::real::Real;
+use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How finely the fields are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +91,13 @@ pub(crate) enum Joint {
     },
 }
 
+/// A row of local variables that unknowns move, and the range outside which none does.
+#[derive(Clone, Debug)]
+pub(crate) struct Active {
+    pub row: usize,
+    pub unknowns: Range<usize>,
+}
+
 /// One element and the places of its unknowns.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
@@ -97,7 +110,11 @@ pub(crate) struct Element {
     /// Per tube: does the part from below the plate face this element?
     pub below: Vec<bool>,
     /// Rows of local variables that depend on any unknown: the others are skipped.
-    pub active: Vec<usize>,
+    pub active: Vec<Active>,
+    /// Which of a follower's local variables they are.
+    pub variables: Vec<usize>,
+    /// The unknowns of ΔK_X, ΔK_Y, ΔK_Z on this element: with the edges, what turns its steps.
+    pub turning: Range<usize>,
     /// Per field (ΔK_X, ΔK_Y, ΔK_Z, then per follower Δθ_k', then per tube e_i): first unknown and count.
     pub modes: Vec<(usize, usize)>,
 }
@@ -109,12 +126,16 @@ pub(crate) struct Layout {
     pub stretch: bool,
     pub elements: Vec<Element>,
     pub rules: [Rule; 2],
-    /// Number of mode coordinates.
-    pub modes: usize,
-    /// Followers whose edge is inside, in the order of their unknowns `modes + i`.
+    /// Unknowns in all.
+    unknowns: usize,
+    /// Followers whose edge is inside, in the order of their unknowns.
     pub edges: Vec<usize>,
+    /// How many unknowns, from the first on, move the leader.
+    pub posed: usize,
     /// Nodes in all.
     pub nodes: usize,
+    /// The same for this layout only.
+    pub serial: u64,
     length: f64,
     resolution: Resolution,
     cuts: Vec<Cut>,
@@ -146,6 +167,9 @@ impl Cut {
             && (self.follower.is_some() || (self.at - other.at).abs() <= 0.0)
     }
 }
+
+/// Serial number of the layout made next.
+static NEXT_SERIAL: AtomicU64 = AtomicU64::new(1);
 
 /// Elements shorter than this part of the length take fewer modes.
 const SHORT: f64 = 0.25;
@@ -206,9 +230,11 @@ impl Layout {
             stretch,
             elements: Vec::new(),
             rules,
-            modes: 0,
+            unknowns: 0,
             edges: Vec::new(),
+            posed: 0,
             nodes: 0,
+            serial: NEXT_SERIAL.fetch_add(1, Ordering::Relaxed),
             length,
             resolution,
             cuts: cuts.to_vec(),
@@ -221,31 +247,42 @@ impl Layout {
             let ends = [pair[0], pair[1]].map(|c| (c.at, c.follower));
             layout.push(ends[0], ends[1], below.clone(), resolution, pair[0].short);
         }
-        layout.number_edges();
+        layout.number_unknowns();
         layout.find_active();
         layout
     }
 
-    /// An element's rows are moved by its own modes, angles by those of elements towards the tip too, faces by all;
-    /// where there are edges everything may move.
+    /// Steps of an element are turned by its own ΔK, angles are moved by the modes of elements towards the tip too, faces
+    /// by everything there; edges may move all.
     fn find_active(&mut self) {
         let (rows, followers, stretch) = (self.rows(), self.tubes - 1, self.stretch);
-        let edges = !self.edges.is_empty();
+        let (unknowns, edges) = (self.unknowns(), self.edges.len());
         let angles = self.elements.iter().any(|e| e.modes[3..3 + followers].iter().any(|m| m.1 > 0));
         for element in &mut self.elements {
-            let has = |field: usize| element.modes[field].1 > 0;
+            let own = |field: usize| {
+                let (first, count) = element.modes[field];
+                if edges > 0 { 0..first + count } else { first..first + count }
+            };
+            let leader = |field: usize| (element.modes[field].1 > 0 || edges > 0).then(|| own(field));
+            let after = if edges > 0 { 0 } else { element.modes.get(3).map_or(0, |m| m.0) };
             element.active = (0..rows)
-                .filter(|&row| match row {
-                    local::KX | local::KY | local::KZ => has(row) || edges,
-                    local::E1 => stretch,
-                    local::X => edges,
-                    _ => match (row - 5) % 4 {
-                        0 | 1 => angles || edges,
-                        2 => true,
-                        _ => stretch,
-                    },
+                .filter_map(|row| {
+                    let unknowns = match row {
+                        local::KX | local::KY | local::KZ => leader(row)?,
+                        local::E1 => stretch.then(|| own(3 + followers))?,
+                        local::X => (edges > 0).then_some(0..edges)?,
+                        _ => match (row - 5) % 4 {
+                            0 => (angles || edges > 0).then_some(after..unknowns)?,
+                            1 => (angles || edges > 0).then(|| own(3 + (row - 5) / 4))?,
+                            2 => 0..unknowns,
+                            _ => stretch.then(|| own(4 + followers + (row - 5) / 4))?,
+                        },
+                    };
+                    Some(Active { row, unknowns })
                 })
                 .collect();
+            element.variables = element.active.iter().map(|a| a.row).filter(|r| *r < local::COUNT).collect();
+            element.turning = element.modes[0].0..element.modes[2].0 + element.modes[2].1;
         }
     }
 
@@ -262,43 +299,60 @@ impl Layout {
         counts.extend(std::iter::repeat_n(r.angle, self.tubes - 1));
         counts.extend(std::iter::repeat_n(r.stretch, self.tubes));
         let rule = usize::from(short);
-        let modes = counts
-            .into_iter()
-            .map(|count| {
-                let count = count.min(self.rules[rule].n);
-                let first = self.modes;
-                self.modes += count;
-                (first, count)
-            })
-            .collect();
+        let modes = counts.into_iter().map(|count| (0, count.min(self.rules[rule].n))).collect();
         let joint = |(x, follower): (f64, Option<usize>)| match follower {
             None => Joint::Fixed(x),
             Some(follower) => Joint::Edge { follower, unknown: 0 },
         };
         let (start, end) = (joint(start), joint(end));
-        let active = Vec::new();
-        self.elements.push(Element { start, end, rule, first_node: self.nodes, below, active, modes });
+        self.elements.push(Element {
+            start,
+            end,
+            rule,
+            first_node: self.nodes,
+            below,
+            active: Vec::new(),
+            variables: Vec::new(),
+            turning: 0..0,
+            modes,
+        });
         self.nodes += self.rules[rule].n;
     }
 
-    fn number_edges(&mut self) {
-        let Self { elements, edges, modes, .. } = self;
+    fn number_unknowns(&mut self) {
+        let Self { elements, edges, tubes, .. } = self;
         for element in elements.iter_mut() {
             for joint in [&mut element.start, &mut element.end] {
                 if let Joint::Edge { follower, unknown } = joint {
-                    let place = edges.iter().position(|f| f == follower).unwrap_or_else(|| {
+                    *unknown = edges.iter().position(|f| f == follower).unwrap_or_else(|| {
                         edges.push(*follower);
                         edges.len() - 1
                     });
-                    *unknown = *modes + place;
                 }
             }
         }
+        let mut next = edges.len();
+        let followers = *tubes - 1;
+        let leader = |field: usize| field < 3 || field == 3 + followers;
+        for of_leader in [true, false] {
+            for element in elements.iter_mut() {
+                for (field, modes) in element.modes.iter_mut().enumerate() {
+                    if leader(field) == of_leader {
+                        modes.0 = next;
+                        next += modes.1;
+                    }
+                }
+            }
+            if of_leader {
+                self.posed = next;
+            }
+        }
+        self.unknowns = next;
     }
 
     /// Unknown configuration coordinates: modes and edges.
     pub fn unknowns(&self) -> usize {
-        self.modes + self.edges.len()
+        self.unknowns
     }
 
     /// Rows of local variables at a node: K_X, K_Y, K_Z, e_1, X, then θ_k, θ_k', x_k, e_k of every follower.
@@ -308,9 +362,9 @@ impl Layout {
 
     /// Label of a joint (m) and, for an edge, its unknown.
     #[inline]
-    pub fn label(joint: Joint, coordinates: &[f64]) -> (f64, Option<usize>) {
+    pub fn label<S: Real>(joint: Joint, coordinates: &[S]) -> (S, Option<usize>) {
         match joint {
-            Joint::Fixed(x) => (x, None),
+            Joint::Fixed(x) => (S::splat(x), None),
             Joint::Edge { unknown, .. } => (coordinates[unknown], Some(unknown)),
         }
     }

@@ -8,75 +8,102 @@
 //!
 //! with the generators α of `rule`, which hold the curvature's value, slope and curvature at the step's middle.
 
-use super::so3::hat;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use crate::dense::{column, set_column};
+use crate::real::Real;
+use nalgebra::{SMatrix, Vector3};
 
 /// Three rows by the nine components of the generators.
-pub(crate) type Slope = SMatrix<f64, 3, 9>;
+pub(crate) type Slope<S> = SMatrix<S, 3, 9>;
 
 /// Ω of one step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Magnus {
-    pub alpha: [Vector3<f64>; 3],
-    pub omega: Vector3<f64>,
-    w: Vector3<f64>,
-    p: Vector3<f64>,
-    q: Vector3<f64>,
+pub(crate) struct Magnus<S: Real> {
+    pub alpha: [Vector3<S>; 3],
+    pub omega: Vector3<S>,
+    w: Vector3<S>,
+    p: Vector3<S>,
+    q: Vector3<S>,
 }
 
-impl Magnus {
-    pub fn new(alpha: [Vector3<f64>; 3]) -> Self {
+/// How α and the parts of Ω change with unknowns, three rows each over the unknowns that move a step: α_1, α_2, W,
+/// P, Q and Ω in this order. The first nine rows are given as α_1, α_2, α_3.
+pub(crate) const PARTS: usize = 6;
+
+impl<S: Real> Magnus<S> {
+    pub fn new(alpha: [Vector3<S>; 3]) -> Self {
         let [a1, a2, a3] = alpha;
         let c = a1.cross(&a2);
-        let w = a3 * 2.0 - c;
-        let p = a1 * 20.0 + a3 + c;
-        let q = a2 + a1.cross(&w) / 60.0;
-        Self { alpha, omega: a1 + a3 / 12.0 + p.cross(&q) / 240.0, w, p, q }
+        let w = a3 * S::splat(2.0) - c;
+        let p = a1 * S::splat(20.0) + a3 + c;
+        let q = a2 + a1.cross(&w) * S::splat(1.0 / 60.0);
+        let omega = a1 + a3 * S::splat(1.0 / 12.0) + p.cross(&q) * S::splat(1.0 / 240.0);
+        Self { alpha, omega, w, p, q }
     }
 
-    /// dP, dQ, dW by the generators.
-    fn parts(&self) -> (Slope, Slope, Slope) {
+    /// Turns changes of α (α_1, α_2, α_3) into those of (W, P, Q, Ω).
+    #[inline]
+    fn change(&self, [d1, d2, d3]: [Vector3<S>; 3]) -> [Vector3<S>; 4] {
         let [a1, a2, _] = self.alpha;
-        let c = columns(-hat(&a2), hat(&a1), Matrix3::zeros());
-        let w = columns(Matrix3::zeros(), Matrix3::zeros(), Matrix3::identity() * 2.0) - c;
-        let p = columns(Matrix3::identity() * 20.0, Matrix3::zeros(), Matrix3::identity()) + c;
-        let q = columns(-hat(&self.w) / 60.0, Matrix3::identity(), Matrix3::zeros()) + hat(&a1) * w / 60.0;
-        (p, q, w)
+        let c = d1.cross(&a2) + a1.cross(&d2);
+        let w = d3 * S::splat(2.0) - c;
+        let p = d1 * S::splat(20.0) + d3 + c;
+        let q = d2 + (d1.cross(&self.w) + a1.cross(&w)) * S::splat(1.0 / 60.0);
+        let omega =
+            d1 + d3 * S::splat(1.0 / 12.0) + (p.cross(&self.q) + self.p.cross(&q)) * S::splat(1.0 / 240.0);
+        [w, p, q, omega]
+    }
+
+    /// Changes by many unknowns: `alpha` holds nine rows of length n, `parts` takes [`PARTS`] times three.
+    pub fn changes(&self, alpha: &[S], parts: &mut [S], n: usize) {
+        parts[..6 * n].copy_from_slice(&alpha[..6 * n]);
+        for i in 0..n {
+            let own = [0, 1, 2].map(|m| column(&alpha[3 * m * n..], n, i));
+            for (k, part) in self.change(own).iter().enumerate() {
+                set_column(&mut parts[3 * (k + 2) * n..], n, i, part);
+            }
+        }
     }
 
     /// dΩ by the generators.
-    pub fn slope(&self) -> Slope {
-        let (p, q, _) = self.parts();
-        let linear = columns(Matrix3::identity(), Matrix3::zeros(), Matrix3::identity() / 12.0);
-        linear + (hat(&self.p) * q - hat(&self.q) * p) / 240.0
+    pub fn slope(&self) -> Slope<S> {
+        let mut slope = Slope::zeros();
+        for i in 0..9 {
+            let mut unit = [Vector3::zeros(); 3];
+            unit[i / 3][i % 3] = S::one();
+            slope.set_column(i, &self.change(unit)[3]);
+        }
+        slope
     }
 
-    /// d²(y·Ω) by the generators.
-    pub fn curvature(&self, y: &Vector3<f64>) -> SMatrix<f64, 9, 9> {
-        let (p, q, w) = self.parts();
-        let q_bar = y.cross(&self.p);
-        let c_bar = (self.q.cross(y) - q_bar.cross(&self.alpha[0]) / 60.0) / 240.0;
-        // y·(u × v) = −uᵀ y^ v.
-        let mut form = -(p.transpose() * hat(y) * q) / 240.0;
-        let first =
-            -(hat(&q_bar) * w) / (240.0 * 60.0) + columns(Matrix3::zeros(), -hat(&c_bar), Matrix3::zeros());
-        let mut top = form.fixed_rows_mut::<3>(0);
-        top += first;
-        form + form.transpose()
+    /// The vectors v_k for which y·d²Ω = Σ_k (v_k × α_1,a)·part_k,b + the same with a and b exchanged; the parts
+    /// are α_2 and W, and for the third, (y × P_a)·Q_b.
+    pub fn second(&self, y: &Vector3<S>) -> Second<S> {
+        let scale = S::splat(1.0 / 240.0);
+        let across_q = y.cross(&self.p) * scale;
+        let [a1, ..] = self.alpha;
+        let sixtieth = S::splat(1.0 / 60.0);
+        Second {
+            p: y * scale,
+            w: across_q * sixtieth,
+            a2: self.q.cross(y) * scale - across_q.cross(&a1) * sixtieth,
+        }
     }
 }
 
-fn columns(a: Matrix3<f64>, b: Matrix3<f64>, c: Matrix3<f64>) -> Slope {
-    let mut slope = Slope::zeros();
-    slope.fixed_columns_mut::<3>(0).copy_from(&a);
-    slope.fixed_columns_mut::<3>(3).copy_from(&b);
-    slope.fixed_columns_mut::<3>(6).copy_from(&c);
-    slope
+/// See [`Magnus::second`].
+pub(crate) struct Second<S: Real> {
+    /// y / 240: (y × P_a)·Q_b.
+    pub p: Vector3<S>,
+    /// (v × α_1,a)·W_b.
+    pub w: Vector3<S>,
+    /// (v × α_1,a)·α_2,b.
+    pub a2: Vector3<S>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::Magnus;
+    use crate::dense::column;
     use crate::kinematics::so3::exp_and_jacobian;
     use nalgebra::{Matrix3, Vector3};
 
@@ -90,7 +117,18 @@ mod tests {
         let magnus = Magnus::new(generators(&at));
         let y = Vector3::new(0.7, -0.2, 0.5);
         let h = 1e-5;
-        let (slope, curvature) = (magnus.slope(), magnus.curvature(&y));
+        let slope = magnus.slope();
+        let mut identity = [0.0; 81];
+        (0..9).for_each(|i| identity[10 * i] = 1.0);
+        let mut parts = [0.0; 18 * 9];
+        magnus.changes(&identity, &mut parts, 9);
+        let part = |k: usize, i: usize| column(&parts[27 * k..], 9, i);
+        let second = magnus.second(&y);
+        let half = |a: usize, b: usize| {
+            second.p.cross(&part(3, a)).dot(&part(4, b))
+                + second.w.cross(&part(0, a)).dot(&part(2, b))
+                + second.a2.cross(&part(0, a)).dot(&part(1, b))
+        };
         for i in 0..9 {
             let moved = |sign: f64| {
                 let mut v = at;
@@ -100,8 +138,10 @@ mod tests {
             let (plus, minus) = (moved(1.0), moved(-1.0));
             let difference = (plus.omega - minus.omega) / (2.0 * h);
             assert!((difference - slope.column(i)).norm() < 1e-9);
+            assert!((difference - part(5, i)).norm() < 1e-9);
             let difference = (plus.slope().transpose() * y - minus.slope().transpose() * y) / (2.0 * h);
-            assert!((difference - curvature.column(i)).norm() < 1e-9);
+            let exact: Vec<f64> = (0..9).map(|a| half(a, i) + half(i, a)).collect();
+            assert!(difference.iter().zip(exact).all(|(d, e)| (d - e).abs() < 1e-9));
         }
     }
 

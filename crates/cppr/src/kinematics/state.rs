@@ -7,9 +7,10 @@
 
 use super::follower::{Facing, Row, local};
 use super::layout::{Element, Layout};
-use crate::dense::{Lu, axpy, dot};
+use crate::dense::{Lu, axpy, axpy_table, dot_table};
 use crate::design::Robot;
 use crate::design::fields::{Jet, Part};
+use crate::real::{Real, every};
 
 /// The coordinates describe no bundle: a tube would have to pass through itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,289 +18,321 @@ pub(crate) struct Infeasible;
 
 /// Everything about the bundle at the nodes. Buffers are reused from one evaluation to the next.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct State<S = f64> {
     /// Unknowns n_u of the layout it was last evaluated for.
     pub unknowns: usize,
     rows: usize,
     followers: usize,
     /// Per element: length ℓ (m).
-    pub lengths: Vec<f64>,
+    pub lengths: Vec<S>,
     /// Per node and row: the local variables.
-    pub local: Vec<f64>,
+    pub local: Vec<S>,
     /// Per node: D_1 with derivatives.
-    pub leader_offset: Vec<Jet>,
-    /// Per node: second and third derivative of φ_1.
-    pub leader_twist: Vec<[f64; 2]>,
-    /// Per node and follower: second and third derivative of θ_k at rest; the slope is in `rest_slope`.
-    pub rest: Vec<[f64; 4]>,
+    pub leader_offset: Vec<Jet<S>>,
+    /// Per node: φ_1 of the leader's pattern, first to third derivative.
+    leader_turn: Vec<[S; 3]>,
+    /// Per node and follower: θ_k at rest and its first three derivatives.
+    pub rest: Vec<[S; 4]>,
     /// Per node and follower.
-    pub facing: Vec<Facing>,
+    pub facing: Vec<Facing<S>>,
     /// Per element and follower, at the element's start: x_k and Δθ_k; one more entry for the tip.
-    pub joints: Vec<[f64; 2]>,
+    pub joints: Vec<[S; 2]>,
     /// Per element: dℓ/du.
-    pub length_rows: Vec<f64>,
+    pub length_rows: Vec<S>,
     /// Per node and row: derivatives of the local variables, rows of length n_u.
-    pub z: Vec<f64>,
+    pub z: Vec<S>,
     /// Per element (and tip) and follower: dx_k/du and dΔθ_k/du at the start.
-    pub joint_rows: Vec<f64>,
-    collocation: Vec<f64>,
-    rates: Vec<f64>,
-    matrix: Vec<f64>,
-    lu: Lu,
+    pub joint_rows: Vec<S>,
+    collocation: Vec<S>,
+    rates: Vec<S>,
+    nodal: Vec<S>,
+    matrix: Vec<S>,
+    lu: Lu<S>,
+    /// Serial numbers of robot and layout of the last evaluation: what depends on them alone stays.
+    known: (u64, u64),
+    /// Lanes that describe no bundle.
+    broken: u64,
 }
 
 /// |h| below this is no bundle any more: the follower would be crushed to nothing.
 const LEAST_RATE: f64 = 0.02;
+/// Turns of the fixed point of x_k.
+const TURNS: usize = 60;
 
 /// Which part of a tube faces an element.
 pub(crate) fn part(element: &Element, tube: usize) -> Part {
     if element.below[tube] { Part::Below } else { Part::Pattern }
 }
 
-impl State {
+impl<S: Real> State<S> {
     fn resize(&mut self, layout: &Layout) {
         let (nodes, elements) = (layout.nodes, layout.elements.len());
         self.unknowns = layout.unknowns();
         self.rows = layout.rows();
         self.followers = layout.tubes - 1;
-        self.lengths.resize(elements, 0.0);
-        self.local.resize(nodes * self.rows, 0.0);
-        self.leader_offset.resize(nodes, [0.0; 3]);
-        self.leader_twist.resize(nodes, [0.0; 2]);
-        self.rest.resize(nodes * self.followers, [0.0; 4]);
+        self.lengths.resize(elements, S::zero());
+        self.local.clear();
+        self.local.resize(nodes * self.rows, S::zero());
+        self.leader_offset.resize(nodes, [S::zero(); 3]);
+        self.leader_turn.resize(nodes, [S::zero(); 3]);
+        self.rest.resize(nodes * self.followers, [S::zero(); 4]);
         self.facing.resize(nodes * self.followers, Facing::default());
-        self.joints.resize((elements + 1) * self.followers, [0.0; 2]);
-        self.length_rows.resize(elements * self.unknowns, 0.0);
-        self.z.resize(nodes * self.rows * self.unknowns, 0.0);
-        self.joint_rows.resize((elements + 1) * self.followers * 2 * self.unknowns, 0.0);
+        self.joints.resize((elements + 1) * self.followers, [S::zero(); 2]);
+        for (rows, count) in [
+            (&mut self.length_rows, elements),
+            (&mut self.z, nodes * self.rows),
+            (&mut self.joint_rows, (elements + 1) * self.followers * 2),
+        ] {
+            rows.clear();
+            rows.resize(count * self.unknowns, S::zero());
+        }
     }
 
     /// The local variables of one follower at one node.
     #[inline]
-    pub fn variables(&self, node: usize, follower: usize) -> Row {
+    pub fn variables(&self, node: usize, follower: usize) -> Row<S> {
         let base = node * self.rows;
         let own = base + 5 + 4 * follower;
-        let mut v = [0.0; local::COUNT];
+        let mut v = [S::zero(); local::COUNT];
         v[..5].copy_from_slice(&self.local[base..base + 5]);
         v[5..].copy_from_slice(&self.local[own..own + 4]);
         v
     }
 
-    /// Row number of local variable `variable` of a follower among a node's rows.
-    #[inline]
-    pub fn row(follower: usize, variable: usize) -> usize {
-        if variable < 5 { variable } else { 4 * follower + variable }
-    }
-
     /// Derivatives of one local variable at a node.
     #[inline]
-    pub fn z_row(&self, node: usize, row: usize) -> &[f64] {
+    pub fn z_row(&self, node: usize, row: usize) -> &[S] {
         let start = (node * self.rows + row) * self.unknowns;
         &self.z[start..start + self.unknowns]
     }
 
+    /// dℓ/du of an element.
+    #[inline]
+    pub fn length_row(&self, e: usize) -> &[S] {
+        &self.length_rows[e * self.unknowns..(e + 1) * self.unknowns]
+    }
+
+    /// Second and third derivative of φ_1 at a node.
+    #[inline]
+    pub fn leader_twist(&self, node: usize) -> [S; 2] {
+        let [_, second, third] = self.leader_turn[node];
+        [second, third]
+    }
+
     /// dx_k/du (`what` = 0) or dΔθ_k/du (1) at the start of an element, or at the tip.
     #[inline]
-    pub fn joint_row(&self, element: usize, follower: usize, what: usize) -> &[f64] {
+    pub fn joint_row(&self, element: usize, follower: usize, what: usize) -> &[S] {
         let start = ((element * self.followers + follower) * 2 + what) * self.unknowns;
         &self.joint_rows[start..start + self.unknowns]
     }
 
-    /// Evaluates the values; `derivatives` adds the rows z.
-    pub fn evaluate(
-        &mut self,
-        robot: &Robot,
-        layout: &Layout,
-        coordinates: &[f64],
-        derivatives: bool,
-    ) -> Result<(), Infeasible> {
-        self.resize(layout);
+    /// Evaluates the values; `derivatives` adds the rows z. Returns the lanes that describe no bundle.
+    pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S], derivatives: bool) -> u64 {
+        let known = (robot.serial, layout.serial);
+        // Without edges labels stay where they are, and so do the rows that hold nothing but polynomials.
+        let fresh = self.known != known || !layout.edges.is_empty();
+        if self.known != known {
+            self.resize(layout);
+            self.find_lengths(layout);
+        }
+        self.known = (0, 0);
+        self.broken = 0;
         let last = layout.elements.len();
         for f in 0..self.followers {
-            self.joints[last * self.followers + f] = [robot.length(), 0.0];
-        }
-        if derivatives {
-            self.z.fill(0.0);
-            self.joint_rows.fill(0.0);
-            self.length_rows.fill(0.0);
+            self.joints[last * self.followers + f] = [S::splat(robot.length()), S::zero()];
         }
         for e in (0..last).rev() {
-            self.leader_at_nodes(robot, layout, e, coordinates)?;
+            self.leader_at_nodes(robot, layout, e, coordinates, fresh);
+            if fresh && derivatives {
+                self.leader_rows(layout, e, coordinates);
+            }
             for f in 0..self.followers {
                 self.angles(layout, e, f);
-                self.face(robot, layout, e, f)?;
+                self.face(robot, layout, e, f);
+                if derivatives {
+                    if fresh {
+                        self.angle_rows(layout, e, f);
+                    }
+                    self.face_rows(robot, layout, e, f);
+                }
             }
-            if derivatives {
-                self.leader_rows(layout, e, coordinates);
-                for f in 0..self.followers {
-                    self.angle_rows(layout, e, f);
-                    self.face_rows(layout, e, f)?;
+            if self.broken == every::<S>() {
+                return self.broken;
+            }
+        }
+        if derivatives {
+            self.known = known;
+        }
+        self.broken
+    }
+
+    /// dℓ/du does not depend on the coordinates.
+    fn find_lengths(&mut self, layout: &Layout) {
+        let unset = vec![S::zero(); layout.edges.len()];
+        for (e, element) in layout.elements.iter().enumerate() {
+            for (joint, sign) in [(element.start, -1.0), (element.end, 1.0)] {
+                if let (_, Some(unknown)) = Layout::label(joint, &unset) {
+                    self.length_rows[e * self.unknowns + unknown] = S::splat(sign);
                 }
             }
         }
-        Ok(())
     }
 
-    fn leader_at_nodes(
-        &mut self,
-        robot: &Robot,
-        layout: &Layout,
-        e: usize,
-        u: &[f64],
-    ) -> Result<(), Infeasible> {
+    fn leader_at_nodes(&mut self, robot: &Robot, layout: &Layout, e: usize, u: &[S], fresh: bool) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (a, _) = Layout::label(element.start, u);
         let (b, _) = Layout::label(element.end, u);
         let length = b - a;
-        if length.is_nan() || length <= 0.0 {
-            return Err(Infeasible);
-        }
+        self.broken |= length.unless(|l| l > 0.0);
         self.lengths[e] = length;
         for i in 0..rule.n {
             let node = element.first_node + i;
-            let label = a + rule.nodes[i] * length;
+            let base = node * self.rows;
+            if fresh {
+                let label = a + length * rule.nodes[i];
+                let [_, direction @ ..] = robot.fields[0].direction(label, Part::Pattern);
+                self.leader_turn[node] = direction;
+                self.leader_offset[node] = robot.fields[0].offset(label, Part::Pattern);
+                self.local[base + local::X] = label;
+                for f in 0..self.followers {
+                    self.rest[node * self.followers + f] = robot.rest_angle(f + 1, label);
+                }
+            }
             let p = &rule.legendre[i * rule.n..(i + 1) * rule.n];
             let field = |f: usize| {
                 let (first, count) = element.modes[f];
-                dot(&u[first..first + count], &p[..count])
+                dot_table(&p[..count], &u[first..first + count])
             };
-            let direction = robot.fields[0].direction(label, Part::Pattern);
-            self.leader_offset[node] = robot.fields[0].offset(label, Part::Pattern);
-            self.leader_twist[node] = [direction[2], direction[3]];
-            let stretch = if layout.stretch { field(3 + self.followers) } else { 0.0 };
-            let own = [direction[1] + field(0), field(1), field(2), stretch, label];
-            if 1.0 + stretch < LEAST_RATE {
-                return Err(Infeasible);
+            self.local[base + local::KX] = self.leader_turn[node][0] + field(0);
+            self.local[base + local::KY] = field(1);
+            self.local[base + local::KZ] = field(2);
+            if layout.stretch {
+                let stretch = field(3 + self.followers);
+                self.broken |= stretch.unless(|e| 1.0 + e >= LEAST_RATE);
+                self.local[base + local::E1] = stretch;
             }
-            self.local[node * self.rows..node * self.rows + 5].copy_from_slice(&own);
             for f in 0..self.followers {
-                let rest = robot.rest_angle(f + 1, label);
-                self.rest[node * self.followers + f] = rest;
-                let row = node * self.rows + 5 + 4 * f;
-                self.local[row + 1] = rest[1] + field(3 + f);
-                self.local[row + 3] = if layout.stretch { field(4 + self.followers + f) } else { 0.0 };
+                let row = base + 5 + 4 * f;
+                self.local[row + 1] = self.rest[node * self.followers + f][1] + field(3 + f);
+                if layout.stretch {
+                    self.local[row + 3] = field(4 + self.followers + f);
+                }
             }
         }
-        Ok(())
     }
 
     /// Δθ_k at the nodes and at the element's start, from the tip side.
     fn angles(&mut self, layout: &Layout, e: usize, f: usize) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
-        let length = self.lengths[e];
+        let (n, length) = (rule.n, self.lengths[e]);
         let end = self.joints[(e + 1) * self.followers + f][1];
-        let rate = |state: &Self, j: usize| {
-            let node = element.first_node + j;
-            state.local[node * state.rows + 6 + 4 * f] - state.rest[node * state.followers + f][1]
-        };
-        let mut total = 0.0;
-        for i in 0..rule.n {
-            let node = element.first_node + i;
-            let sum: f64 = (0..rule.n).map(|j| rule.to_end[i * rule.n + j] * rate(self, j)).sum();
-            let rest = self.rest[node * self.followers + f][0];
-            self.local[node * self.rows + 5 + 4 * f] = rest + end - length * sum;
-            total += rule.weights[i] * rate(self, i);
+        self.nodal.clear();
+        for j in element.first_node..element.first_node + n {
+            let rest = self.rest[j * self.followers + f][1];
+            self.nodal.push(self.local[j * self.rows + 6 + 4 * f] - rest);
         }
-        self.joints[e * self.followers + f][1] = end - length * total;
+        for i in 0..n {
+            let node = element.first_node + i;
+            let sum = dot_table(&rule.to_end[i * n..(i + 1) * n], &self.nodal);
+            let rest = self.rest[node * self.followers + f][0];
+            let angle = rest + end - length * sum;
+            self.local[node * self.rows + 5 + 4 * f] = angle;
+            let facing = &mut self.facing[node * self.followers + f];
+            (facing.sin, facing.cos) = angle.sin_cos();
+        }
+        self.joints[e * self.followers + f][1] = end - length * dot_table(&rule.weights, &self.nodal);
     }
 
     /// x_k at the nodes and at the element's start.
-    fn face(&mut self, robot: &Robot, layout: &Layout, e: usize, f: usize) -> Result<(), Infeasible> {
+    fn face(&mut self, robot: &Robot, layout: &Layout, e: usize, f: usize) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, length) = (rule.n, self.lengths[e]);
         let end = self.joints[(e + 1) * self.followers + f][0];
         let part = part(element, f + 1);
-        let place = |node: usize, state: &Self| node * state.rows + 5 + 4 * f + 2;
+        let (rows, followers) = (self.rows, self.followers);
+        let place = |i: usize| (element.first_node + i) * rows + 7 + 4 * f;
         for i in 0..n {
             // Unstrained guess.
-            let slot = place(element.first_node + i, self);
-            self.local[slot] = end - length * (1.0 - rule.nodes[i]);
+            self.local[place(i)] = end - length * (1.0 - rule.nodes[i]);
         }
-        let mut settled = false;
-        for _ in 0..60 {
-            let mut varying = false;
+        let (mut waiting, mut varying) = (every::<S>(), false);
+        for _ in 0..TURNS {
+            self.nodal.clear();
             for i in 0..n {
                 let node = element.first_node + i;
                 let v = self.variables(node, f);
                 let offset = robot.fields[f + 1].offset(v[local::FACE], part);
-                let facing = Facing::new(&v, &self.leader_offset[node], &offset);
-                if !(facing.h > LEAST_RATE && facing.h < 1.0 / LEAST_RATE && 1.0 + v[local::EK] > LEAST_RATE)
-                {
-                    return Err(Infeasible);
+                let known = self.facing[node * followers + f];
+                let facing = Facing::new(&v, [known.sin, known.cos], &self.leader_offset[node], &offset);
+                self.broken |= facing.h.unless(|h| h > LEAST_RATE && h < 1.0 / LEAST_RATE);
+                if layout.stretch {
+                    self.broken |= v[local::EK].unless(|e| 1.0 + e > LEAST_RATE);
                 }
-                varying |= facing.dh[local::FACE] != 0.0;
-                self.facing[node * self.followers + f] = facing;
+                varying |= !facing.dh[local::FACE].vanishes();
+                self.facing[node * followers + f] = facing;
+                self.nodal.push(facing.h);
             }
-            if settled {
+            if waiting == 0 || self.broken == every::<S>() {
                 break;
             }
-            let mut change = 0.0_f64;
+            let mut moved = 0;
             for i in 0..n {
-                let sum: f64 = (0..n)
-                    .map(|j| {
-                        rule.to_end[i * n + j] * self.facing[(element.first_node + j) * self.followers + f].h
-                    })
-                    .sum();
-                let slot = place(element.first_node + i, self);
+                let sum = dot_table(&rule.to_end[i * n..(i + 1) * n], &self.nodal);
                 let face = end - length * sum;
-                change = change.max((face - self.local[slot]).abs());
-                self.local[slot] = face;
+                let tolerance = 2.0 * f64::EPSILON * robot.length();
+                moved |= (face - self.local[place(i)]).unless(|change| change.abs() <= tolerance);
+                self.local[place(i)] = face;
             }
-            settled = !varying || change <= 2.0 * f64::EPSILON * robot.length();
+            if !varying {
+                // |h| does not depend on where it is evaluated.
+                waiting = 0;
+                break;
+            }
+            waiting = moved & !self.broken;
         }
-        if !settled {
-            return Err(Infeasible);
-        }
-        let total: f64 = (0..n)
-            .map(|j| rule.weights[j] * self.facing[(element.first_node + j) * self.followers + f].h)
-            .sum();
-        self.joints[e * self.followers + f][0] = end - length * total;
-        Ok(())
+        self.broken |= waiting;
+        self.joints[e * followers + f][0] = end - length * dot_table(&rule.weights, &self.nodal);
     }
 
-    fn leader_rows(&mut self, layout: &Layout, e: usize, u: &[f64]) {
+    fn leader_rows(&mut self, layout: &Layout, e: usize, u: &[S]) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let n_u = self.unknowns;
         let ends = [Layout::label(element.start, u).1, Layout::label(element.end, u).1];
-        let length_row = &mut self.length_rows[e * n_u..(e + 1) * n_u];
-        if let Some(start) = ends[0] {
-            length_row[start] -= 1.0;
-        }
-        if let Some(end) = ends[1] {
-            length_row[end] += 1.0;
-        }
         for i in 0..rule.n {
             let node = element.first_node + i;
             let p = &rule.legendre[i * rule.n..(i + 1) * rule.n];
+            let shares = [1.0 - rule.nodes[i], rule.nodes[i]];
             let block = &mut self.z[node * self.rows * n_u..(node + 1) * self.rows * n_u];
-            let mut set = |row: usize, field: usize, slope: f64| {
+            let mut set = |row: usize, field: usize, slope: S| {
                 let (first, count) = element.modes[field];
-                block[row * n_u + first..row * n_u + first + count].copy_from_slice(&p[..count]);
-                for (end, share) in ends.iter().zip([1.0 - rule.nodes[i], rule.nodes[i]]) {
+                for (entry, p) in block[row * n_u + first..row * n_u + first + count].iter_mut().zip(p) {
+                    *entry = S::splat(*p);
+                }
+                for (end, share) in ends.iter().zip(shares) {
                     if let Some(unknown) = end {
-                        block[row * n_u + unknown] = share * slope;
+                        block[row * n_u + unknown] = slope * share;
                     }
                 }
             };
-            set(local::KX, 0, self.leader_twist[node][0]);
-            set(local::KY, 1, 0.0);
-            set(local::KZ, 2, 0.0);
+            set(local::KX, 0, self.leader_turn[node][1]);
+            set(local::KY, 1, S::zero());
+            set(local::KZ, 2, S::zero());
             if layout.stretch {
-                set(local::E1, 3 + self.followers, 0.0);
+                set(local::E1, 3 + self.followers, S::zero());
             }
             for f in 0..self.followers {
-                set(State::row(f, local::DTH), 3 + f, self.rest[node * self.followers + f][2]);
+                set(row(f, local::DTH), 3 + f, self.rest[node * self.followers + f][2]);
                 if layout.stretch {
-                    set(State::row(f, local::EK), 4 + self.followers + f, 0.0);
+                    set(row(f, local::EK), 4 + self.followers + f, S::zero());
                 }
             }
-            for (end, share) in ends.iter().zip([1.0 - rule.nodes[i], rule.nodes[i]]) {
+            for (end, share) in ends.iter().zip(shares) {
                 if let Some(unknown) = end {
-                    block[local::X * n_u + unknown] = share;
+                    block[local::X * n_u + unknown] = S::splat(share);
                 }
             }
         }
@@ -312,101 +345,123 @@ impl State {
         let (first, count) = element.modes[3 + f];
         let end = ((e + 1) * self.followers + f) * 2 + 1;
         let start = (e * self.followers + f) * 2 + 1;
-        let moves = self.length_rows[e * n_u..(e + 1) * n_u].iter().any(|&d| d != 0.0);
+        self.nodal.clear();
+        for j in element.first_node..element.first_node + n {
+            let rest = self.rest[j * self.followers + f][1];
+            self.nodal.push(self.local[j * rows + 6 + 4 * f] - rest);
+        }
         for i in 0..=n {
             // The last pass is the element's start.
             let weights = if i < n { &rule.to_end[i * n..(i + 1) * n] } else { &rule.weights[..] };
-            let values: f64 = (0..n)
-                .map(|j| {
-                    let node = element.first_node + j;
-                    weights[j]
-                        * (self.local[node * rows + 6 + 4 * f] - self.rest[node * self.followers + f][1])
-                })
-                .sum();
+            let change = dot_table(weights, &self.nodal);
             let target = if i < n {
-                let row = ((element.first_node + i) * rows + State::row(f, local::TH)) * n_u;
+                let row = ((element.first_node + i) * rows + row(f, local::TH)) * n_u;
                 &mut self.z[row..row + n_u]
             } else {
                 &mut self.joint_rows[start * n_u..(start + 1) * n_u]
             };
-            axpy(&mut target[first..first + count], -length, &rule.legendre_to_end[i * n..i * n + count]);
-            if moves {
-                axpy(target, -values, &self.length_rows[e * n_u..(e + 1) * n_u]);
+            for (entry, moves) in target.iter_mut().zip(&self.length_rows[e * n_u..(e + 1) * n_u]) {
+                *entry = -change * *moves;
             }
+            let shares = &rule.legendre_to_end[i * n..i * n + count];
+            axpy_table(&mut target[first..first + count], -length, shares);
         }
         for i in 0..n {
             let node = element.first_node + i;
             let slope = self.rest[node * self.followers + f][1];
-            let row = (node * rows + State::row(f, local::TH)) * n_u;
+            let row = (node * rows + row(f, local::TH)) * n_u;
             let label = (node * rows + local::X) * n_u;
             for column in 0..n_u {
-                self.z[row + column] += self.joint_rows[end * n_u + column] + slope * self.z[label + column];
+                let change = self.joint_rows[end * n_u + column] + slope * self.z[label + column];
+                self.z[row + column] += change;
             }
         }
         for column in 0..n_u {
-            self.joint_rows[start * n_u + column] += self.joint_rows[end * n_u + column];
+            let change = self.joint_rows[end * n_u + column];
+            self.joint_rows[start * n_u + column] += change;
         }
     }
 
-    fn face_rows(&mut self, layout: &Layout, e: usize, f: usize) -> Result<(), Infeasible> {
+    fn face_rows(&mut self, robot: &Robot, layout: &Layout, e: usize, f: usize) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, n_u, rows, length) = (rule.n, self.unknowns, self.rows, self.lengths[e]);
         // ℓ d|h|/du at the nodes without the part through x_k, plus |h| dℓ/du.
-        self.rates.resize(n * n_u, 0.0);
-        self.rates.fill(0.0);
+        self.rates.clear();
+        self.rates.resize(n * n_u, S::zero());
+        let mut implicit = false;
         for j in 0..n {
             let node = element.first_node + j;
             let facing = &self.facing[node * self.followers + f];
+            implicit |= !facing.dh[local::FACE].vanishes();
             let target = &mut self.rates[j * n_u..(j + 1) * n_u];
-            for variable in 0..local::COUNT {
+            for active in &element.active {
+                let variable = if active.row < 5 {
+                    active.row
+                } else if (active.row - 5) / 4 == f {
+                    active.row - 4 * f
+                } else {
+                    continue;
+                };
                 let slope = facing.dh[variable];
-                let known = variable != local::FACE && element.active.contains(&State::row(f, variable));
-                if slope != 0.0 && known {
-                    let row = (node * rows + State::row(f, variable)) * n_u;
-                    axpy(target, length * slope, &self.z[row..row + n_u]);
+                if variable != local::FACE && !slope.vanishes() {
+                    let row = (node * rows + active.row) * n_u;
+                    let range = active.unknowns.clone();
+                    let z = &self.z[row + range.start..row + range.end];
+                    axpy(&mut target[range], length * slope, z);
                 }
             }
-            axpy(target, facing.h, &self.length_rows[e * n_u..(e + 1) * n_u]);
+            if !layout.edges.is_empty() {
+                axpy(target, facing.h, &self.length_rows[e * n_u..(e + 1) * n_u]);
+            }
         }
         let end = ((e + 1) * self.followers + f) * 2;
         let start = (e * self.followers + f) * 2;
-        let slopes = |state: &Self, j: usize| {
-            state.facing[(element.first_node + j) * state.followers + f].dh[local::FACE]
-        };
-        let implicit = (0..n).any(|j| slopes(self, j) != 0.0);
-        self.collocation.resize(n * n_u, 0.0);
-        for i in 0..n {
-            let target = &mut self.collocation[i * n_u..(i + 1) * n_u];
-            target.copy_from_slice(&self.joint_rows[end * n_u..(end + 1) * n_u]);
+        // Where all fields of the follower are constant nothing asks how x_k moves at the nodes.
+        let constant = robot.fields[f + 1].is_constant(part(element, f + 1));
+        self.collocation.clear();
+        for i in 0..if constant { 0 } else { n } {
+            self.collocation.extend_from_slice(&self.joint_rows[end * n_u..(end + 1) * n_u]);
+            let target = &mut self.collocation[i * n_u..];
             for j in 0..n {
-                axpy(target, -rule.to_end[i * n + j], &self.rates[j * n_u..(j + 1) * n_u]);
+                let share = S::splat(-rule.to_end[i * n + j]);
+                axpy(target, share, &self.rates[j * n_u..(j + 1) * n_u]);
             }
         }
         if implicit {
-            self.matrix.resize(n * n, 0.0);
+            let slope = |j: usize| self.facing[(element.first_node + j) * self.followers + f].dh[local::FACE];
+            self.matrix.clear();
             for i in 0..n {
                 for j in 0..n {
-                    self.matrix[i * n + j] = length * rule.to_end[i * n + j] * slopes(self, j);
+                    let unit = if i == j { 1.0 } else { 0.0 };
+                    self.matrix.push(length * slope(j) * rule.to_end[i * n + j] + unit);
                 }
-                self.matrix[i * n + i] += 1.0;
             }
-            self.lu.factor(&self.matrix, n).map_err(|_| Infeasible)?;
+            // Near the identity: x_k changes |h| by some thousandths.
+            self.broken |= every::<S>() & !self.lu.factor_in_order(&self.matrix, n, n);
             self.lu.solve(&mut self.collocation[..n * n_u], n_u);
         }
-        for i in 0..n {
-            let row = ((element.first_node + i) * rows + State::row(f, local::FACE)) * n_u;
-            self.z[row..row + n_u].copy_from_slice(&self.collocation[i * n_u..(i + 1) * n_u]);
+        for (i, own) in self.collocation.chunks_exact(n_u).enumerate() {
+            let row = ((element.first_node + i) * rows + row(f, local::FACE)) * n_u;
+            self.z[row..row + n_u].copy_from_slice(own);
         }
         let (before, after) = self.joint_rows.split_at_mut(end * n_u);
         let target = &mut before[start * n_u..(start + 1) * n_u];
         target.copy_from_slice(&after[..n_u]);
         for j in 0..n {
-            axpy(target, -rule.weights[j], &self.rates[j * n_u..(j + 1) * n_u]);
+            axpy(target, S::splat(-rule.weights[j]), &self.rates[j * n_u..(j + 1) * n_u]);
             let node = element.first_node + j;
             let slope = self.facing[node * self.followers + f].dh[local::FACE];
-            axpy(target, -rule.weights[j] * length * slope, &self.collocation[j * n_u..(j + 1) * n_u]);
+            if !slope.vanishes() {
+                let factor = -slope * length * rule.weights[j];
+                axpy(target, factor, &self.collocation[j * n_u..(j + 1) * n_u]);
+            }
         }
-        Ok(())
     }
+}
+
+/// Row number of local variable `variable` of a follower among a node's rows.
+#[inline]
+pub(crate) fn row(follower: usize, variable: usize) -> usize {
+    if variable < 5 { variable } else { 4 * follower + variable }
 }

@@ -23,6 +23,12 @@ impl Drive {
         }
     }
 
+    /// Is the motion prescribed, not the effort?
+    #[must_use]
+    pub fn is_motion(self) -> bool {
+        matches!(self, Self::Motion(_))
+    }
+
     /// The same kind of drive with another number.
     #[must_use]
     pub fn with_value(self, value: f64) -> Self {
@@ -34,6 +40,11 @@ impl Drive {
 
     fn scaled(self, factor: f64) -> Self {
         self.with_value(factor * self.value())
+    }
+
+    /// Is the same thing prescribed, and the same number too where it is an effort?
+    fn is_held_like(self, other: Self) -> bool {
+        matches!((self, other), (Self::Motion(_), Self::Motion(_))) || self == other
     }
 }
 
@@ -47,6 +58,11 @@ pub struct Actuator {
 }
 
 impl Actuator {
+    /// Do both differ in prescribed motions only?
+    pub(crate) fn is_held_like(&self, other: &Self) -> bool {
+        self.push_pull.is_held_like(other.push_pull) && self.rotation.is_held_like(other.rotation)
+    }
+
     /// Both motors held where they are at rest.
     pub const HELD: Self = Self { push_pull: Drive::Motion(0.0), rotation: Drive::Motion(0.0) };
 

@@ -1,18 +1,22 @@
 //! From a command to the equilibrium, or to the reason why there is none.
 
+pub mod batch;
 pub mod command;
 pub(crate) mod newton;
 pub(crate) mod path;
 
+pub use batch::{Batch, solve_batch};
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
 pub use newton::Workspace;
 pub use path::{solve, solve_from, solve_into};
 
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
+use crate::real::{Each, Real};
 use newton::{Point, System};
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What came out of a solve. Look at it before using anything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +113,12 @@ pub struct Equilibrium {
     pub(crate) point: Point,
     /// The drives it was solved with: those of the command, save for a follower that stands at the plate.
     pub(crate) drives: Vec<Actuator>,
+    /// The workspace with this mark has evaluated it last; 0 for none.
+    pub(crate) mark: u64,
 }
+
+/// Mark of the equilibrium found next.
+static NEXT_MARK: AtomicU64 = AtomicU64::new(1);
 
 impl Equilibrium {
     /// The robot at rest, as a start for [`solve_from`].
@@ -134,6 +143,7 @@ impl Equilibrium {
             point: Point::rest(&layout),
             layout,
             drives: vec![Actuator::HELD; followers],
+            mark: 0,
         }
     }
 
@@ -141,31 +151,77 @@ impl Equilibrium {
         System {
             robot,
             layout: &self.layout,
-            loads: &self.command.loads,
+            loads: Each::same(&self.command.loads),
             knob: self.command.knob,
-            actuators: &self.drives,
+            actuators: Each::same(&self.drives),
             formulation: self.settings.formulation,
         }
     }
 
     /// Takes efforts, energy and residual over from the workspace that evaluated its point.
-    pub(crate) fn read(&mut self, workspace: &Workspace) {
-        let efforts = &self.point.efforts;
-        for (f, state) in self.actuators.iter_mut().enumerate() {
-            let [motion, rotation] = workspace.assembly.knobs[f];
-            *state =
-                ActuatorState { motion, rotation, tension: efforts.tension[f], torque: efforts.torque[f] };
-        }
+    pub(crate) fn read(&mut self, workspace: &mut Workspace) {
+        workspace.mark = NEXT_MARK.fetch_add(1, Ordering::Relaxed);
+        self.mark = workspace.mark;
+        self.read_actuators(workspace.assembly.knobs.iter().copied());
         self.elastic_energy = workspace.assembly.elastic;
         self.residual = workspace.residual.iter().fold(0.0, |m, r| r.abs().max(m));
     }
 
+    /// Takes coordinates, efforts and energy over from one lane of a workspace and the point it evaluated.
+    pub(crate) fn take_lane<S: Real>(
+        &mut self,
+        workspace: &Workspace<S>,
+        point: &Point<S>,
+        lane: usize,
+        layout: &Arc<Layout>,
+    ) {
+        let take = |own: &mut Vec<f64>, all: &[S]| {
+            own.clear();
+            own.extend(all.iter().map(|v| v.lane(lane)));
+        };
+        take(&mut self.point.coordinates, &point.coordinates);
+        take(&mut self.point.efforts.tension, &point.efforts.tension);
+        take(&mut self.point.efforts.torque, &point.efforts.torque);
+        take(&mut self.point.efforts.edge, &point.efforts.edge);
+        self.layout = Arc::clone(layout);
+        self.mark = NEXT_MARK.fetch_add(1, Ordering::Relaxed);
+        let knobs = workspace.assembly.knobs.iter().map(|knob| knob.map(|k| k.lane(lane)));
+        self.read_actuators(knobs);
+        self.elastic_energy = workspace.assembly.elastic.lane(lane);
+        self.residual = workspace.residual.iter().fold(0.0, |m, r| r.lane(lane).abs().max(m));
+    }
+
+    fn read_actuators(&mut self, knobs: impl Iterator<Item = [f64; 2]>) {
+        let efforts = self.point.efforts.tension.iter().zip(&self.point.efforts.torque);
+        for ((state, [motion, rotation]), (&tension, &torque)) in
+            self.actuators.iter_mut().zip(knobs).zip(efforts)
+        {
+            *state = ActuatorState { motion, rotation, tension, torque };
+        }
+    }
+
     /// Brings the workspace to this equilibrium, poses included.
     pub(crate) fn refresh(&self, robot: &Robot, workspace: &mut Workspace) {
-        let system = self.system(robot);
-        // A point that was evaluated once can be evaluated again.
-        let _ = workspace.evaluate(&system, &self.point);
-        workspace.poses.evaluate(robot, &self.layout, &workspace.state);
+        if !workspace.holds(robot, self.mark) {
+            // A point that was evaluated once can be evaluated again.
+            let _ = workspace.evaluate(&self.system(robot), &self.point);
+        }
+        workspace.pose(robot, &self.layout);
+    }
+
+    /// Becomes another equilibrium without giving memory back: a start for [`solve_into`].
+    pub fn copy(&mut self, other: &Self) {
+        self.status = other.status;
+        self.statistics = other.statistics;
+        self.elastic_energy = other.elastic_energy;
+        self.actuators.clone_from(&other.actuators);
+        self.command.copy(&other.command);
+        self.settings = other.settings;
+        self.residual = other.residual;
+        self.layout = Arc::clone(&other.layout);
+        self.point.copy(&other.point);
+        self.drives.clone_from(&other.drives);
+        self.mark = other.mark;
     }
 
     /// The equilibrium moved by `factor` times a scaled step of its unknowns: coordinates, efforts and edges.
@@ -173,7 +229,7 @@ impl Equilibrium {
     pub(crate) fn moved(&self, robot: &Robot, step: &[f64], factor: f64) -> Self {
         let system = self.system(robot);
         let point = newton::advanced(&system, &self.point, step, factor);
-        let mut moved = Self { point, ..self.clone() };
+        let mut moved = Self { point, mark: 0, ..self.clone() };
         for (f, actuator) in moved.actuators.iter_mut().enumerate() {
             actuator.tension = moved.point.efforts.tension[f];
             actuator.torque = moved.point.efforts.torque[f];

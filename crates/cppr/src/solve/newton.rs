@@ -3,13 +3,18 @@
 //! Unknowns y = (u, efforts of the actuators whose motion is prescribed, λ of the edges); conditions
 //! (𝓛_u, −(knob − prescribed), x_b). Everything is scaled by the length L, by E_0 = EI/L for energies and by
 //! E_0/L for forces, so that one tolerance serves all rows.
+//!
+//! Before the tangent is factored, ρ c_u times the row of every condition c is added to the rows of the coordinates, on both
+//! sides of the equations. That changes no solution, and where the equilibrium is stable it makes the tangent positive on
+//! all coordinates: eliminating in their order is then safe, and the signs of the pivots prove the stability.
 
 use super::command::{Actuator, Drive, Formulation, Settings};
-use crate::dense::Lu;
+use crate::dense::{Lu, axpy, dot};
 use crate::design::Robot;
 use crate::kinematics::layout::{Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
+use crate::real::{Each, Real};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
 use crate::statics::{Loads, RotationKnob, printed};
 
@@ -23,27 +28,34 @@ pub(crate) enum Failure {
     IterationLimit,
 }
 
-/// One system of equations.
+/// One system of equations, of one command or of several side by side that differ in numbers only.
+#[derive(Clone, Copy)]
 pub(crate) struct System<'a> {
     pub robot: &'a Robot,
     pub layout: &'a Layout,
-    pub loads: &'a Loads,
+    pub loads: Each<'a, Loads>,
     pub knob: RotationKnob,
-    pub actuators: &'a [Actuator],
+    pub actuators: Each<'a, [Actuator]>,
     pub formulation: Formulation,
+}
+
+impl<'a> System<'a> {
+    fn setting(&self) -> Setting<'a> {
+        Setting { robot: self.robot, layout: self.layout, loads: self.loads, knob: self.knob }
+    }
 }
 
 /// A point: coordinates and efforts.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Point {
-    pub coordinates: Vec<f64>,
-    pub efforts: Efforts,
+pub(crate) struct Point<S = f64> {
+    pub coordinates: Vec<S>,
+    pub efforts: Efforts<S>,
 }
 
-impl Point {
+impl<S: Real> Point<S> {
     /// All zero: the robot at rest.
     pub fn rest(layout: &Layout) -> Self {
-        let zeros = |n: usize| vec![0.0; n];
+        let zeros = |n: usize| vec![S::zero(); n];
         let followers = layout.tubes - 1;
         let efforts =
             Efforts { tension: zeros(followers), torque: zeros(followers), edge: zeros(layout.edges.len()) };
@@ -69,15 +81,14 @@ pub(crate) struct Scale {
 impl Scale {
     pub fn of(robot: &Robot) -> Self {
         let length = robot.length();
-        let bending: f64 = (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
-        Self { length, energy: bending / length }
+        Self { length, energy: robot.bending / length }
     }
 
     /// Units of the coordinates: 1/L for curvatures and twist, 1 for stretch, L for edges.
     pub fn units(&self, layout: &Layout, units: &mut Vec<f64>) {
         units.clear();
-        units.resize(layout.modes, 1.0 / self.length);
-        units.resize(layout.unknowns(), self.length);
+        units.resize(layout.edges.len(), self.length);
+        units.resize(layout.unknowns(), 1.0 / self.length);
         for element in layout.elements.iter().filter(|_| layout.stretch) {
             for &(first, count) in &element.modes[layout.tubes + 2..] {
                 units[first..first + count].fill(1.0);
@@ -88,27 +99,210 @@ impl Scale {
 
 /// Every buffer that a solve needs. Reuse it: after the first solve of a robot, later ones find their memory here.
 #[derive(Clone, Debug, Default)]
-pub struct Workspace {
-    pub(crate) state: State,
-    pub(crate) poses: Poses,
-    pub(crate) assembly: Assembly,
-    pub(crate) residual: Vec<f64>,
-    pub(crate) matrix: Vec<f64>,
-    pub(crate) lu: Lu,
+// Lanes are an inner matter: outside there is one.
+#[allow(private_bounds)]
+pub struct Workspace<S: Real = f64> {
+    pub(crate) state: State<S>,
+    pub(crate) poses: Poses<S>,
+    pub(crate) assembly: Assembly<S>,
+    pub(crate) residual: Vec<S>,
+    pub(crate) matrix: Vec<S>,
+    lu: Lu<S>,
+    /// The matrix with the penalties of its conditions, and their weights.
+    penalised: Vec<S>,
+    weights: Vec<S>,
     /// Unit of every coordinate.
     pub(crate) units: Vec<f64>,
-    /// Scratch of the stability test.
-    pub(crate) penalty: Vec<f64>,
-    step: Vec<f64>,
-    correction: Vec<f64>,
-    trial: Point,
-    /// Where an attempt starts.
-    pub(crate) start: Point,
+    /// Right sides of the derivatives.
+    pub(crate) right: Vec<S>,
+    step: Vec<S>,
+    correction: Vec<S>,
+    trial: Point<S>,
+    /// Where an attempt starts, and scratch for its drives.
+    pub(crate) start: Point<S>,
+    pub(crate) drives: Vec<Actuator>,
     pub(crate) layouts: Layouts,
     /// Newton steps taken since the workspace was made.
     pub(crate) iterations: usize,
     /// Evaluations of the residual since the workspace was made.
     pub(crate) evaluations: usize,
+    /// How `lu` was made, and whether from the matrix evaluated last.
+    factors: Factors,
+    factored: bool,
+    /// What `poses` holds of the state evaluated last.
+    posed: Posed,
+    /// Mark of the equilibrium that was evaluated last; 0 for none.
+    pub(crate) mark: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Factors {
+    #[default]
+    Pivoted,
+    /// Eliminated in order, with penalties; all signs as at a stable equilibrium.
+    InOrder,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd)]
+enum Posed {
+    #[default]
+    None,
+    Values,
+    /// With their rows at the ends of elements.
+    Rows,
+}
+
+#[allow(private_bounds)]
+impl<S: Real> Workspace<S> {
+    /// Residual and Jacobian of the consistent formulation at a point, scaled. Returns the lanes in which it
+    /// describes no bundle.
+    pub(crate) fn evaluate_consistent(&mut self, system: &System, point: &Point<S>) -> u64 {
+        let System { robot, layout, .. } = *system;
+        self.begin();
+        let broken = self.state.evaluate(robot, layout, &point.coordinates, true);
+        if broken == crate::real::every::<S>() {
+            return broken;
+        }
+        let loads = system.loads.first();
+        if !loads.is_empty() {
+            self.posed = Posed::Rows;
+            self.poses.evaluate(robot, layout, &self.state);
+            let everywhere = loads.gravity.is_some() || !loads.distributed.is_empty();
+            self.poses.differentiate(layout, &self.state, everywhere);
+        }
+        self.assembly.assemble(
+            &system.setting(),
+            &point.coordinates,
+            &self.state,
+            &self.poses,
+            &point.efforts,
+            true,
+        );
+        self.compose(system);
+        let finite = self.residual.iter().fold(0, |mask, r| mask | r.unless(f64::is_finite));
+        broken | finite
+    }
+
+    fn begin(&mut self) {
+        self.evaluations += 1;
+        (self.mark, self.factored, self.posed) = (0, false, Posed::None);
+    }
+
+    /// Poses of the state evaluated last.
+    pub(crate) fn pose(&mut self, robot: &Robot, layout: &Layout) {
+        if self.posed < Posed::Values {
+            self.poses.evaluate(robot, layout, &self.state);
+            self.posed = Posed::Values;
+        }
+    }
+
+    /// The same with their rows at the ends of elements.
+    pub(crate) fn pose_rows(&mut self, robot: &Robot, layout: &Layout) {
+        self.pose(robot, layout);
+        if self.posed < Posed::Rows {
+            self.poses.differentiate(layout, &self.state, false);
+            self.posed = Posed::Rows;
+        }
+    }
+
+    /// Has the workspace evaluated this equilibrium of this robot last?
+    pub(crate) fn holds(&self, robot: &Robot, mark: u64) -> bool {
+        mark != 0 && mark == self.mark && self.assembly.robot() == robot.serial
+    }
+
+    /// Puts residual and KKT matrix together.
+    pub(crate) fn compose(&mut self, system: &System) {
+        let layout = system.layout;
+        let scale = Scale::of(system.robot);
+        scale.units(layout, &mut self.units);
+        let n_u = layout.unknowns();
+        let n = n_u + condition_count(system);
+        self.residual.clear();
+        self.residual.resize(n, S::zero());
+        self.matrix.clear();
+        self.matrix.resize(n * n, S::zero());
+        let inverse = 1.0 / scale.energy;
+        for i in 0..n_u {
+            let unit = self.units[i] * inverse;
+            self.residual[i] = self.assembly.gradient[i] * unit;
+            let own = &self.assembly.hessian[i * n_u..(i + 1) * n_u];
+            for ((entry, h), other) in self.matrix[i * n..i * n + n_u].iter_mut().zip(own).zip(&self.units) {
+                *entry = *h * (unit * other);
+            }
+        }
+        let mut at = n_u;
+        for (f, actuator) in system.actuators.first().iter().enumerate() {
+            for (which, drive, unit) in [(0, actuator.push_pull, scale.length), (1, actuator.rotation, 1.0)] {
+                if let Drive::Motion(_) = drive {
+                    let value = self.assembly.knobs[f][which] - system.wanted::<S>(f, which);
+                    let row = std::mem::take(&mut self.assembly.knob_rows[f][which]);
+                    self.condition(at, value, &row, -1.0 / unit);
+                    self.assembly.knob_rows[f][which] = row;
+                    at += 1;
+                }
+            }
+        }
+        for b in 0..self.assembly.edge_rows.len() {
+            let row = std::mem::take(&mut self.assembly.edge_rows[b]);
+            self.condition(at, self.assembly.edges[b], &row, 1.0 / scale.length);
+            self.assembly.edge_rows[b] = row;
+            at += 1;
+        }
+    }
+
+    /// Adds condition number `at`.
+    fn condition(&mut self, at: usize, value: S, row: &[S], factor: f64) {
+        let n = self.residual.len();
+        for (j, (slope, unit)) in row.iter().zip(&self.units).enumerate() {
+            let entry = *slope * (factor * unit);
+            self.matrix[at * n + j] = entry;
+            self.matrix[j * n + at] = entry;
+        }
+        self.residual[at] = value * factor;
+    }
+
+    /// Factors the tangent with its penalties by elimination in order; returns the lanes in which that was good.
+    pub(crate) fn factor_in_order(&mut self, system: &System) -> u64 {
+        let (n, n_u) = (self.residual.len(), system.layout.unknowns());
+        self.penalised.clone_from(&self.matrix);
+        self.weights.clear();
+        for own in self.matrix.chunks_exact(n).skip(n_u).map(|row| &row[..n_u]) {
+            let weight = S::splat(PENALTY) / (dot(own, own) + f64::MIN_POSITIVE);
+            for (target, &entry) in self.penalised.chunks_exact_mut(n).zip(own) {
+                axpy(&mut target[..n_u], weight * entry, own);
+            }
+            self.weights.push(weight);
+        }
+        self.factors = Factors::InOrder;
+        self.lu.factor_in_order(&self.penalised, n, n_u)
+    }
+
+    /// Solves with the factored tangent; `right` is n × columns, row-major.
+    pub(crate) fn solve(&self, right: &mut [S], columns: usize) {
+        if self.factors == Factors::InOrder {
+            let n = right.len() / columns;
+            let n_u = n - self.weights.len();
+            let (above, below) = right.split_at_mut(n_u * columns);
+            for ((row, weight), own) in
+                self.penalised.chunks_exact(n).skip(n_u).zip(&self.weights).zip(below.chunks_exact(columns))
+            {
+                for (target, &entry) in above.chunks_exact_mut(columns).zip(row) {
+                    axpy(target, *weight * entry, own);
+                }
+            }
+        }
+        self.lu.solve(right, columns);
+    }
+}
+
+impl System<'_> {
+    /// What a motion is to become.
+    fn wanted<S: Real>(&self, follower: usize, which: usize) -> S {
+        S::from_lanes(|l| {
+            let actuator = &self.actuators.0[l][follower];
+            [actuator.push_pull, actuator.rotation][which].value()
+        })
+    }
 }
 
 impl Workspace {
@@ -120,81 +314,29 @@ impl Workspace {
 
     /// Residual and Jacobian at a point, scaled.
     pub(crate) fn evaluate(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
-        self.evaluations += 1;
-        let System { robot, layout, loads, knob, .. } = *system;
-        self.state.evaluate(robot, layout, &point.coordinates, true)?;
-        let posed = !loads.is_empty() || system.formulation == Formulation::Printed;
-        if posed {
-            self.poses.evaluate(robot, layout, &self.state);
-            let everywhere = loads.gravity.is_some() || !loads.distributed.is_empty();
-            self.poses.differentiate(layout, &self.state, everywhere);
-        }
-        let setting = Setting { robot, layout, loads, knob };
-        let consistent = system.formulation == Formulation::Consistent;
-        self.assembly.assemble(
-            &setting,
-            &point.coordinates,
-            &self.state,
-            &self.poses,
-            &point.efforts,
-            consistent,
-        );
-        if consistent {
-            self.compose(system);
+        let broken = if system.formulation == Formulation::Consistent {
+            self.evaluate_consistent(system, point) != 0
         } else {
-            self.compose_printed(system, point)?;
-        }
-        if self.residual.iter().all(|r| r.is_finite()) { Ok(()) } else { Err(Infeasible) }
-    }
-
-    /// Puts residual and KKT matrix together.
-    fn compose(&mut self, system: &System) {
-        let layout = system.layout;
-        let scale = Scale::of(system.robot);
-        scale.units(layout, &mut self.units);
-        let units = &self.units;
-        let n_u = layout.unknowns();
-        let conditions = condition_count(system);
-        let n = n_u + conditions;
-        self.residual.clear();
-        self.residual.resize(n, 0.0);
-        self.matrix.clear();
-        self.matrix.resize(n * n, 0.0);
-        let inverse = 1.0 / scale.energy;
-        for i in 0..n_u {
-            self.residual[i] = self.assembly.gradient[i] * units[i] * inverse;
-            for j in 0..n_u {
-                self.matrix[i * n + j] = self.assembly.hessian[i * n_u + j] * units[i] * units[j] * inverse;
-            }
-        }
-        let mut at = n_u;
-        let mut condition = |value: f64, row: &[f64], sign: f64, unit: f64| {
-            self.residual[at] = sign * value / unit;
-            for (j, &slope) in row.iter().enumerate() {
-                let entry = sign * slope * units[j] / unit;
-                self.matrix[at * n + j] = entry;
-                self.matrix[j * n + at] = entry;
-            }
-            at += 1;
+            self.evaluate_printed(system, point)?;
+            self.residual.iter().any(|r| !r.is_finite())
         };
-        for (f, actuator) in system.actuators.iter().enumerate() {
-            for (which, drive, unit) in [(0, actuator.push_pull, scale.length), (1, actuator.rotation, 1.0)] {
-                if let Drive::Motion(wanted) = drive {
-                    let value = self.assembly.knobs[f][which] - wanted;
-                    condition(value, &self.assembly.knob_rows[f][which], -1.0, unit);
-                }
-            }
-        }
-        for (b, row) in self.assembly.edge_rows.iter().enumerate() {
-            condition(self.assembly.edges[b], row, 1.0, scale.length);
-        }
+        if broken { Err(Infeasible) } else { Ok(()) }
     }
 
     /// The same for the printed formulation. Its generalised force is the derivative of nothing; its Jacobian is taken
     /// by central differences, to about 1e-9 of its size.
-    fn compose_printed(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
-        let System { robot, layout, loads, knob, .. } = *system;
-        let setting = Setting { robot, layout, loads, knob };
+    fn evaluate_printed(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
+        let System { robot, layout, .. } = *system;
+        let setting = system.setting();
+        self.begin();
+        if self.state.evaluate(robot, layout, &point.coordinates, true) != 0 {
+            return Err(Infeasible);
+        }
+        self.poses.evaluate(robot, layout, &self.state);
+        self.poses.differentiate(layout, &self.state, true);
+        self.posed = Posed::Rows;
+        let Self { state, poses, assembly, .. } = self;
+        assembly.assemble(&setting, &point.coordinates, state, poses, &point.efforts, false);
         let n_u = layout.unknowns();
         self.assembly.hessian.clear();
         self.assembly.hessian.resize(n_u * n_u, 0.0);
@@ -204,9 +346,11 @@ impl Workspace {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
         // Only the fields at the nodes are wanted of the assembly.
         let unloaded = Loads::none();
-        let fields = Setting { loads: &unloaded, ..setting };
+        let fields = Setting { loads: Each::same(&unloaded), ..setting };
         let mut projected = |at: &Point| -> Result<Vec<f64>, Infeasible> {
-            state.evaluate(robot, layout, &at.coordinates, true)?;
+            if state.evaluate(robot, layout, &at.coordinates, true) != 0 {
+                return Err(Infeasible);
+            }
             poses.evaluate(robot, layout, &state);
             assembly.assemble(&fields, &at.coordinates, &state, &poses, &at.efforts, false);
             let mut result = Vec::new();
@@ -241,7 +385,7 @@ impl Workspace {
             }
         }
         // An edge has no equation of its own here, and needs no multiplier.
-        for (b, edge) in (layout.modes..n_u).enumerate() {
+        for (b, edge) in (0..layout.edges.len()).enumerate() {
             let multiplier = n - layout.edges.len() + b;
             self.residual[edge] = point.efforts.edge[b];
             self.matrix[edge * n + multiplier] = 1.0;
@@ -249,24 +393,51 @@ impl Workspace {
         Ok(())
     }
 
-    /// Newton's method from `point`, which ends at the equilibrium. On failure `point` is the best iterate.
+    /// Factors the tangent evaluated last, where that has not been done.
+    pub(crate) fn factor(&mut self, system: &System) -> Result<(), Failure> {
+        if self.factored {
+            return Ok(());
+        }
+        let consistent = system.formulation == Formulation::Consistent;
+        if !consistent || self.factor_in_order(system) != 1 {
+            self.factors = Factors::Pivoted;
+            self.lu.factor(&self.matrix, self.residual.len()).map_err(|_| Failure::Singular)?;
+        }
+        self.factored = true;
+        Ok(())
+    }
+
+    /// The signs of the factored tangent's pivots are those of a stable equilibrium, if it is symmetric.
+    pub(crate) fn is_in_order(&self) -> bool {
+        self.factored && self.factors == Factors::InOrder
+    }
+
+    /// Newton's method from `point`, which ends at the equilibrium. Where `evaluated`, the workspace has seen that
+    /// point before and only the prescribed motions are new. On failure `point` is the best iterate.
     pub(crate) fn newton(
         &mut self,
         system: &System,
         settings: &Settings,
         point: &mut Point,
+        evaluated: bool,
     ) -> Result<(), Failure> {
-        self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
+        if evaluated {
+            self.mark = 0;
+            self.compose(system);
+        } else {
+            self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
+        }
         for _ in 0..settings.iterations {
             let reached = self.largest();
             if reached <= settings.tolerance {
                 return Ok(());
             }
-            let n = self.residual.len();
-            self.lu.factor(&self.matrix, n).map_err(|_| Failure::Singular)?;
+            self.factor(system)?;
             self.step.clear();
             self.step.extend(self.residual.iter().map(|r| -r));
-            self.lu.solve(&mut self.step, 1);
+            let mut step = std::mem::take(&mut self.step);
+            self.solve(&mut step, 1);
+            self.step = step;
             let length = norm(&self.step);
             if !length.is_finite() {
                 return Err(Failure::Singular);
@@ -304,7 +475,9 @@ impl Workspace {
     fn shrinks(&mut self, length: f64, factor: f64) -> bool {
         self.correction.clear();
         self.correction.extend_from_slice(&self.residual);
-        self.lu.solve(&mut self.correction, 1);
+        let mut correction = std::mem::take(&mut self.correction);
+        self.solve(&mut correction, 1);
+        self.correction = correction;
         norm(&self.correction) <= (1.0 - 0.25 * factor) * length
     }
 
@@ -333,20 +506,21 @@ pub(crate) fn advanced(system: &System, point: &Point, step: &[f64], factor: f64
     result
 }
 
-fn add_step(system: &System, point: &mut Point, units: &[f64], step: &[f64], factor: f64) {
+/// point += factor · step, the factor one of each lane.
+pub(crate) fn add_step<S: Real>(system: &System, point: &mut Point<S>, units: &[f64], step: &[S], factor: S) {
     let scale = Scale::of(system.robot);
     let n_u = system.layout.unknowns();
     for ((coordinate, step), unit) in point.coordinates.iter_mut().zip(step).zip(units) {
-        *coordinate += factor * step * unit;
+        *coordinate += factor * *step * *unit;
     }
-    let mut steps = step[n_u..].iter().map(|s| factor * s);
+    let mut steps = step[n_u..].iter().map(|s| factor * *s);
     let force = scale.energy / scale.length;
-    let mut add = |target: &mut f64, unit: f64| {
+    let mut add = |target: &mut S, unit: f64| {
         if let Some(step) = steps.next() {
             *target += step * unit;
         }
     };
-    for (f, actuator) in system.actuators.iter().enumerate() {
+    for (f, actuator) in system.actuators.first().iter().enumerate() {
         if matches!(actuator.push_pull, Drive::Motion(_)) {
             add(&mut point.efforts.tension[f], force);
         }
@@ -359,6 +533,8 @@ fn add_step(system: &System, point: &mut Point, units: &[f64], step: &[f64], fac
     }
 }
 
+/// Stiffness of a condition's penalty; bending of the whole robot has the stiffness 1.
+const PENALTY: f64 = 10.0;
 /// Step of central differences in scaled unknowns.
 const DIFFERENCE: f64 = 1e-5;
 /// Below this the scaled residual is rounding error of the assembly.
@@ -366,7 +542,7 @@ pub(crate) const FLOOR: f64 = 1e-8;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 4096.0;
 /// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.
-const LONGEST: f64 = 20.0;
+pub(crate) const LONGEST: f64 = 20.0;
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -378,5 +554,5 @@ pub(crate) fn condition_count(system: &System) -> usize {
         usize::from(matches!(a.push_pull, Drive::Motion(_)))
             + usize::from(matches!(a.rotation, Drive::Motion(_)))
     };
-    system.actuators.iter().map(held).sum::<usize>() + system.layout.edges.len()
+    system.actuators.first().iter().map(held).sum::<usize>() + system.layout.edges.len()
 }

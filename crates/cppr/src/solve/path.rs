@@ -4,12 +4,13 @@
 //! tube (uncut, up to some hundred times stiffer) the edge between both is a joint of the layout. For a prescribed push it is
 //! known beforehand that there is one; for a prescribed force it turns out in the solve.
 
-use super::command::{Command, CommandProblem, Drive, Settings};
+use super::command::{Actuator, Command, CommandProblem, Drive, Settings};
 use super::newton::{Failure, Point, System, Workspace};
 use super::{Equilibrium, Reason, Statistics, Status};
 use crate::analysis::stability;
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
+use crate::real::Each;
 use std::sync::Arc;
 
 /// Solves for the equilibrium under a command, from rest.
@@ -58,8 +59,13 @@ pub fn solve_into(
 ) -> Result<(), CommandProblem> {
     command.check(robot, settings)?;
     let before = (workspace.iterations, workspace.evaluations);
+    let known = workspace.holds(robot, equilibrium.mark)
+        && equilibrium.status.is_equilibrium()
+        && equilibrium.settings == *settings
+        && equilibrium.command.knob == command.knob
+        && equilibrium.command.loads == command.loads;
     equilibrium.settings = *settings;
-    let mut finder = Finder { robot, workspace, settings, load_steps: 0 };
+    let mut finder = Finder { robot, workspace, settings, load_steps: 0, known };
     finder.attempt(command, equilibrium);
     if !equilibrium.status.is_equilibrium() {
         finder.step_from_rest(command, equilibrium);
@@ -83,7 +89,7 @@ pub(crate) fn settle(
     settings: &Settings,
     equilibrium: &mut Equilibrium,
 ) {
-    Finder { robot, workspace, settings, load_steps: 0 }.attempt(command, equilibrium);
+    Finder { robot, workspace, settings, load_steps: 0, known: false }.attempt(command, equilibrium);
     equilibrium.command.copy(command);
 }
 
@@ -93,7 +99,7 @@ pub(crate) fn carried(from: &Point, old: &Layout, new: &Layout, label: impl Fn(u
     point.efforts.tension.copy_from_slice(&from.efforts.tension);
     point.efforts.torque.copy_from_slice(&from.efforts.torque);
     for (i, follower) in new.edges.iter().enumerate() {
-        point.coordinates[new.modes + i] = label(follower - 1);
+        point.coordinates[i] = label(follower - 1);
         if let Some(place) = old.edges.iter().position(|f| f == follower) {
             point.efforts.edge[i] = from.efforts.edge[place];
         }
@@ -102,11 +108,32 @@ pub(crate) fn carried(from: &Point, old: &Layout, new: &Layout, label: impl Fn(u
     point
 }
 
+/// Does a follower (0 is the first) that stands at Δa (m) bring another part into the robot?
+pub(super) fn has_edge(robot: &Robot, follower: usize, motion: f64) -> bool {
+    motion < -LEAST_EDGE * robot.length() && !robot.fields[follower + 1].smooth_at_plate()
+}
+
+/// Where the edge of a follower at Δa is expected: it has moved by its label, nearly.
+pub(super) fn edge_estimate(motion: f64, length: f64) -> f64 {
+    (-motion).clamp(1e-3 * length, 0.9 * length)
+}
+
+/// Locked angles need no holding; a condition on them would be empty.
+pub(super) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
+    if settings.resolution.angle == 0 {
+        for actuator in drives {
+            actuator.rotation = Drive::Effort(0.0);
+        }
+    }
+}
+
 struct Finder<'a> {
     robot: &'a Robot,
     workspace: &'a mut Workspace,
     settings: &'a Settings,
     load_steps: usize,
+    /// The workspace has just evaluated the start under the same loads.
+    known: bool,
 }
 
 /// Edges shorter than this part of L are not resolved: the follower stands at the plate.
@@ -129,13 +156,13 @@ impl Finder<'_> {
                 Drive::Motion(motion) => motion,
                 Drive::Effort(_) => equilibrium.actuators[f].motion,
             };
-            edges |= u64::from(self.edge_at(f, motion)) << f;
+            edges |= u64::from(has_edge(self.robot, f, motion)) << f;
         }
-        equilibrium.drives.clone_from(&command.actuators);
-        if self.settings.resolution.angle == 0 {
-            // Locked angles need no holding; a condition on them would be empty.
-            equilibrium.drives.iter_mut().for_each(|a| a.rotation = Drive::Effort(0.0));
-        }
+        let drives = &mut self.workspace.drives;
+        drives.clone_from(&command.actuators);
+        hold_locked(drives, self.settings);
+        self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
+        std::mem::swap(drives, &mut equilibrium.drives);
         // Each prescribed force settles its edge in at most two turns; a third finds it between both.
         for _ in 0..3 * command.actuators.len().max(1) {
             self.on_edges(command, &start, edges, equilibrium);
@@ -157,18 +184,13 @@ impl Finder<'_> {
         equilibrium.status = Status::NotConverged(Reason::Edges);
     }
 
-    /// Does a follower that stands at Δa bring another part into the robot?
-    fn edge_at(&self, follower: usize, motion: f64) -> bool {
-        motion < -LEAST_EDGE * self.robot.length() && !self.robot.fields[follower + 1].smooth_at_plate()
-    }
-
     /// The first follower driven by force whose edge is not where the layout says.
     fn wrong_edge(&self, edges: u64, result: &Equilibrium) -> Option<usize> {
         (0..result.drives.len()).find(|&f| {
             let inside = edges >> f & 1 == 1;
             matches!(result.drives[f].push_pull, Drive::Effort(_))
                 && if result.status.is_equilibrium() {
-                    inside != self.edge_at(f, result.actuators[f].motion)
+                    inside != has_edge(self.robot, f, result.actuators[f].motion)
                 } else {
                     inside
                 }
@@ -184,20 +206,23 @@ impl Finder<'_> {
                 Drive::Motion(motion) => motion,
                 Drive::Effort(_) => result.actuators[f].motion,
             };
-            (-motion).clamp(1e-3 * length, 0.9 * length)
+            edge_estimate(motion, length)
         };
         let inside = (0..command.actuators.len()).filter(|&f| edges >> f & 1 == 1);
         let cuts = command.loads.cuts().map(Cut::fixed).chain(inside.map(|f| Cut::edge(f + 1, estimate(f))));
         let layout = self.workspace.layouts.get(robot.tube_count(), length, settings.resolution, cuts);
         let from = &self.workspace.start;
-        if Arc::ptr_eq(&layout, &start.layout) {
+        let same = Arc::ptr_eq(&layout, &start.layout);
+        // What the workspace has seen is a good start as it is; elsewhere edges jump to where they will be.
+        let known = std::mem::take(&mut self.known) && same;
+        if same {
             result.point.copy(from);
         } else {
             result.point = carried(from, &start.layout, &layout, estimate);
         }
         for (i, follower) in layout.edges.iter().enumerate() {
-            if let Drive::Motion(_) = result.drives[follower - 1].push_pull {
-                result.point.coordinates[layout.modes + i] = estimate(follower - 1);
+            if let (Drive::Motion(_), false) = (result.drives[follower - 1].push_pull, known) {
+                result.point.coordinates[i] = estimate(follower - 1);
             }
         }
         for (f, actuator) in result.drives.iter().enumerate() {
@@ -211,12 +236,12 @@ impl Finder<'_> {
         let system = System {
             robot,
             layout: &layout,
-            loads: &command.loads,
+            loads: Each::same(&command.loads),
             knob: command.knob,
-            actuators: &result.drives,
+            actuators: Each::same(&result.drives),
             formulation: settings.formulation,
         };
-        let outcome = self.workspace.newton(&system, settings, &mut result.point);
+        let outcome = self.workspace.newton(&system, settings, &mut result.point, known);
         let stable = outcome.is_ok() && stability::is_stable(self.workspace, &system);
         result.layout = layout;
         self.conclude(result, outcome, stable);
@@ -233,6 +258,10 @@ impl Finder<'_> {
             (Err(_), _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
         };
         result.read(self.workspace);
+        if !result.status.is_equilibrium() {
+            // The last evaluation need not be that of the point.
+            (result.mark, self.workspace.mark) = (0, 0);
+        }
     }
 
     /// Applies the command in steps from rest, with steps that halve where Newton's method fails.

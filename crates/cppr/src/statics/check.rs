@@ -9,6 +9,7 @@ use crate::kinematics::Resolution;
 use crate::kinematics::layout::{Cut, Joint, Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{State, part};
+use crate::real::Each;
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -63,7 +64,8 @@ struct Primal<T> {
 /// 𝓛 with every potential load, at coordinates u.
 #[allow(clippy::too_many_lines)]
 fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T> {
-    let Setting { robot, layout, loads, knob } = setting;
+    let Setting { robot, layout, knob, .. } = setting;
+    let loads = setting.kinds();
     let followers = layout.tubes - 1;
     let label = |joint: Joint| match joint {
         Joint::Fixed(x) => T::from(x),
@@ -157,7 +159,7 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
             total += length * energy * (0.5 * rule.weights[i]);
         }
         if let Joint::Edge { follower, unknown } = element.start {
-            total += joint[follower - 1][0] * efforts.edge[unknown - layout.modes];
+            total += joint[follower - 1][0] * efforts.edge[unknown];
         }
         nodes[e] = own;
     }
@@ -351,7 +353,7 @@ struct Case {
 }
 
 impl Case {
-    fn new(loads: Loads, stretch: bool, seed: u64) -> Self {
+    fn new(loads: Loads, stretch: bool, edge: bool, seed: u64) -> Self {
         let robot = test_robot();
         let modes = Resolution {
             twist: 2,
@@ -361,29 +363,30 @@ impl Case {
             stretch: 2 * usize::from(stretch),
             nodes: 5,
         };
-        let cuts = loads.cuts().map(Cut::fixed).chain([Cut::edge(2, 0.012)]);
+        let cuts = loads.cuts().map(Cut::fixed).chain(edge.then(|| Cut::edge(2, 0.012)));
         let layout = Layouts::default().get(3, 0.15, modes, cuts);
         let mut noise = Noise(seed);
-        let mut units = vec![4.0; layout.modes];
+        let mut units = vec![4.0; layout.unknowns()];
         for element in layout.elements.iter().filter(|_| stretch) {
             for &(first, count) in &element.modes[5..] {
                 units[first..first + count].fill(0.01);
             }
         }
+        units[..layout.edges.len()].fill(0.01);
         let mut u: Vec<f64> = units.iter().map(|s| s * noise.next()).collect();
-        u.push(0.012);
-        units.push(0.01);
-        let efforts = Efforts { tension: vec![2.0, -1.5], torque: vec![0.01, 0.02], edge: vec![0.3] };
+        u[..layout.edges.len()].fill(0.012);
+        let edge = vec![0.3; layout.edges.len()];
+        let efforts = Efforts { tension: vec![2.0, -1.5], torque: vec![0.01, 0.02], edge };
         Self { robot, layout, loads, efforts, u, units }
     }
 
     fn setting(&self, knob: RotationKnob) -> Setting<'_> {
-        Setting { robot: &self.robot, layout: &self.layout, loads: &self.loads, knob }
+        Setting { robot: &self.robot, layout: &self.layout, loads: Each::same(&self.loads), knob }
     }
 
     fn assemble(&self, knob: RotationKnob, u: &[f64]) -> Assembly {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
-        state.evaluate(&self.robot, &self.layout, u, true).unwrap();
+        assert_eq!(state.evaluate(&self.robot, &self.layout, u, true), 0);
         poses.evaluate(&self.robot, &self.layout, &state);
         poses.differentiate(&self.layout, &state, true);
         assembly.assemble(&self.setting(knob), u, &state, &poses, &self.efforts, true);
@@ -401,17 +404,19 @@ fn inner(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn gradient_and_hessian_are_those_of_the_lagrangian() {
-    for (seed, (stretch, loaded, knob)) in [
-        (false, false, RotationKnob::Base),
-        (false, true, RotationKnob::Base),
-        (true, true, RotationKnob::RelativeAngle),
-        (true, false, RotationKnob::Base),
+    for (seed, (stretch, loaded, edge, knob)) in [
+        (false, false, true, RotationKnob::Base),
+        (false, true, true, RotationKnob::Base),
+        (true, true, true, RotationKnob::RelativeAngle),
+        (true, false, true, RotationKnob::Base),
+        (false, true, false, RotationKnob::Base),
+        (true, false, false, RotationKnob::Base),
     ]
     .into_iter()
     .enumerate()
     {
         let loads = if loaded { potential_loads() } else { Loads::none() };
-        let case = Case::new(loads, stretch, seed as u64 + 1);
+        let case = Case::new(loads, stretch, edge, seed as u64 + 1);
         let assembly = case.assemble(knob, &case.u);
         let setting = case.setting(knob);
         let n = case.u.len();
@@ -464,10 +469,10 @@ fn loads_without_potential_do_their_virtual_work() {
         Loads { threads: vec![pulley], ..Loads::none() },
     ];
     for loads in all {
-        let case = Case::new(loads.clone(), false, 7);
+        let case = Case::new(loads.clone(), false, true, 7);
         let assembly = case.assemble(RotationKnob::Base, &case.u);
         let unloaded = Loads::none();
-        let free = Setting { loads: &unloaded, ..case.setting(RotationKnob::Base) };
+        let free = Setting { loads: Each::same(&unloaded), ..case.setting(RotationKnob::Base) };
         let mut noise = Noise(5);
         for _ in 0..4 {
             let v = case.direction(&mut noise);

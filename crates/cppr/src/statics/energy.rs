@@ -4,200 +4,211 @@
 //! stiffnesses are taken at the facing abscissa x_k and differentiated with it.
 
 use crate::design::fields::FieldJets;
-use crate::kinematics::follower::{Block, Facing, Row, local};
-use local::{COUNT, DTH, EK, FACE, KX, KY, KZ, TH};
+use crate::kinematics::follower::{Facing, Row, local};
+use crate::real::Real;
+use local::{COUNT, DTH, E1, EK, FACE, KX, KY, KZ, TH, X};
 
-/// First and second derivatives by (|h|, a, p, r, x, e).
-struct Inner {
-    value: f64,
-    slope: [f64; 6],
-    curvature: [[f64; 6]; 6],
+/// ω with its slopes by (|h|, a, p, r, x, e).
+struct Inner<S> {
+    value: S,
+    slope: [S; 6],
+    inverse: S,
+    tau: S,
+    stretched: S,
 }
 
-fn inner(facing: &Facing, stretch: f64, fields: &FieldJets, second: bool) -> Inner {
+fn inner<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> Inner<S> {
     let Facing { h, a, p, r, .. } = *facing;
-    let [gj, gj1, gj2] = fields.torsion;
-    let [y, y1, y2] = fields.bending_y;
-    let [z, z1, z2] = fields.bending_z;
-    // Without stretch the axial stiffness may be unknown and must not enter.
-    let [ea, ea1, ea2] = if stretch == 0.0 { [0.0; 3] } else { fields.axial };
+    let [gj, gj1, _] = fields.torsion;
+    let [y, y1, _] = fields.bending_y;
+    let [z, z1, _] = fields.bending_z;
     let [_, f, f1, _] = fields.direction;
-    let inverse = 1.0 / h;
+    // Without stretch the axial stiffness may be unknown and must not enter.
+    let [ea, ea1] = if stretch.vanishes() { [S::zero(); 2] } else { [fields.axial[0], fields.axial[1]] };
+    let inverse = S::one() / h;
     let tau = a * inverse - f;
-    let (q, q1, q2) = (y * p * p + z * r * r, y1 * p * p + z1 * r * r, y2 * p * p + z2 * r * r);
-    let e2 = 0.5 * stretch * stretch;
-    let half_tau2 = 0.5 * tau * tau;
-    let value = h * (gj * half_tau2 + ea * e2) + 0.5 * q * inverse;
+    let (q, q1) = (y * p * p + z * r * r, y1 * p * p + z1 * r * r);
+    let stretched = stretch * stretch * 0.5;
+    let half_tau2 = tau * tau * 0.5;
+    let half_q = q * inverse * 0.5;
+    let value = h * (gj * half_tau2 + ea * stretched) + half_q;
     let slope = [
-        gj * half_tau2 - gj * tau * a * inverse + ea * e2 - 0.5 * q * inverse * inverse,
+        gj * half_tau2 - gj * tau * a * inverse + ea * stretched - half_q * inverse,
         gj * tau,
         y * p * inverse,
         z * r * inverse,
-        h * (gj1 * half_tau2 - gj * tau * f1 + ea1 * e2) + 0.5 * q1 * inverse,
+        h * (gj1 * half_tau2 - gj * tau * f1 + ea1 * stretched) + q1 * inverse * 0.5,
         h * ea * stretch,
     ];
-    let mut c = [[0.0; 6]; 6];
-    if second {
-        let i2 = inverse * inverse;
-        c[0][0] = (gj * a * a + q) * i2 * inverse;
-        c[0][1] = -gj * a * i2;
-        c[0][2] = -y * p * i2;
-        c[0][3] = -z * r * i2;
-        c[0][4] =
-            gj1 * half_tau2 - gj * tau * f1 - (gj1 * tau - gj * f1) * a * inverse + ea1 * e2 - 0.5 * q1 * i2;
-        c[0][5] = ea * stretch;
-        c[1][1] = gj * inverse;
-        c[1][4] = gj1 * tau - gj * f1;
-        c[2][2] = y * inverse;
-        c[2][4] = y1 * p * inverse;
-        c[3][3] = z * inverse;
-        c[3][4] = z1 * r * inverse;
-        c[4][4] = h
-            * (gj2 * half_tau2 - 2.0 * gj1 * tau * f1 + gj * f1 * f1 - gj * tau * fields.direction[3]
-                + ea2 * e2)
-            + 0.5 * q2 * inverse;
-        c[4][5] = h * ea1 * stretch;
-        c[5][5] = if fields.axial[0].is_finite() { h * fields.axial[0] } else { 0.0 };
-        for i in 0..6 {
-            for j in 0..i {
-                c[i][j] = c[j][i];
-            }
-        }
-    }
-    Inner { value, slope, curvature: c }
+    Inner { value, slope, inverse, tau, stretched }
 }
 
-/// Jacobian of (|h|, a, p, r, x, e) by the local variables.
-fn chain(facing: &Facing) -> [Row; 6] {
+/// Slopes of p and r by the local variables.
+fn bends<S: Real>(facing: &Facing<S>) -> [Row<S>; 2] {
     let Facing { sin, cos, p, r, .. } = *facing;
-    let mut rows = [[0.0; COUNT]; 6];
-    rows[0] = facing.dh;
-    rows[1][KX] = 1.0;
-    rows[1][DTH] = -1.0;
-    rows[2][KY] = cos;
-    rows[2][KZ] = -sin;
-    rows[2][TH] = -r;
-    rows[3][KY] = sin;
-    rows[3][KZ] = cos;
-    rows[3][TH] = p;
-    rows[4][FACE] = 1.0;
-    rows[5][EK] = 1.0;
+    let mut rows = [[S::zero(); COUNT]; 2];
+    (rows[0][KY], rows[0][KZ], rows[0][TH]) = (cos, -sin, -r);
+    (rows[1][KY], rows[1][KZ], rows[1][TH]) = (sin, cos, p);
     rows
 }
 
 /// Energy density and its gradient over the local variables.
-pub(crate) fn gradient(facing: &Facing, stretch: f64, fields: &FieldJets) -> (f64, Row) {
-    let inner = inner(facing, stretch, fields, false);
-    let mut gradient = [0.0; COUNT];
-    for (row, slope) in chain(facing).iter().zip(inner.slope) {
-        for (g, r) in gradient.iter_mut().zip(row) {
-            *g += slope * r;
-        }
+pub(crate) fn gradient<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> (S, Row<S>) {
+    let Inner { value, slope, .. } = inner(facing, stretch, fields);
+    let [by_p, by_r] = bends(facing);
+    let mut gradient = facing.dh.map(|dh| slope[0] * dh);
+    for v in [KY, KZ, TH] {
+        gradient[v] += slope[2] * by_p[v] + slope[3] * by_r[v];
     }
-    (inner.value, gradient)
+    gradient[KX] += slope[1];
+    gradient[DTH] -= slope[1];
+    gradient[FACE] += slope[4];
+    gradient[EK] += slope[5];
+    (value, gradient)
 }
 
 /// ∂ω/∂|h|.
-pub(crate) fn by_rate(facing: &Facing, stretch: f64, fields: &FieldJets) -> f64 {
-    inner(facing, stretch, fields, false).slope[0]
+pub(crate) fn by_rate<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> S {
+    inner(facing, stretch, fields).slope[0]
 }
 
-/// Adds `weight` times the Hessian of ω to `block` and returns the slope of ω by |h|, whose part in the
-/// Hessian (ω_h times the second derivatives of |h|) the caller adds together with its own.
-pub(crate) fn add_hessian(
-    facing: &Facing,
-    stretch: f64,
-    fields: &FieldJets,
-    weight: f64,
-    block: &mut Block,
-) -> f64 {
-    let inner = inner(facing, stretch, fields, true);
-    let rows = chain(facing);
-    for (i, row_i) in rows.iter().enumerate() {
-        // Only the columns that this row of the curvature couples to.
-        let mut coupled = [0.0; COUNT];
-        for (j, row_j) in rows.iter().enumerate() {
-            let c = weight * inner.curvature[i][j];
-            if c != 0.0 {
-                for (t, r) in coupled.iter_mut().zip(row_j) {
-                    *t += c * r;
-                }
+/// Second derivatives of `weight` times ω by the given local variables: `add(i, j, value)` takes each pair once.
+/// Returns the slope of ω by |h|, whose part in them (ω_h times the second derivatives of |h|) the caller
+/// adds together with its own.
+pub(crate) fn second<S: Real>(
+    facing: &Facing<S>,
+    stretch: S,
+    fields: &FieldJets<S>,
+    weight: S,
+    variables: &[usize],
+    add: &mut impl FnMut(usize, usize, S),
+) -> S {
+    let Inner { slope, inverse, tau, stretched, .. } = inner(facing, stretch, fields);
+    let Facing { h, a, p, r, sin, cos, dh } = facing;
+    let [gj, gj1, gj2] = fields.torsion.map(|v| v * weight);
+    let [y, y1, y2] = fields.bending_y.map(|v| v * weight);
+    let [z, z1, z2] = fields.bending_z.map(|v| v * weight);
+    let [_, _, f1, f2] = fields.direction;
+    let known = fields.axial[0].mask(f64::is_finite) != 0;
+    let [ea, ea1, ea2] = if known { fields.axial.map(|v| v * weight) } else { [S::zero(); 3] };
+    let i2 = inverse * inverse;
+    let half_tau2 = tau * tau * 0.5;
+    let q = y * *p * *p + z * *r * *r;
+    let (q1, q2) = (y1 * *p * *p + z1 * *r * *r, y2 * *p * *p + z2 * *r * *r);
+    // Curvatures by (|h|, a, p, r, x, e).
+    let hh = (gj * *a * *a + q) * i2 * inverse;
+    let ha = -gj * *a * i2;
+    let (hp, hr) = (-y * *p * i2, -z * *r * i2);
+    let ax = gj1 * tau - gj * f1;
+    let turned = gj1 * half_tau2 - gj * tau * f1;
+    let hx = turned - ax * *a * inverse + ea1 * stretched - q1 * i2 * 0.5;
+    let aa = gj * inverse;
+    let (pp, rr) = (y * inverse, z * inverse);
+    let (px, rx) = (y1 * *p * inverse, z1 * *r * inverse);
+    let xx = *h * (gj2 * half_tau2 - gj1 * tau * f1 * 2.0 + gj * f1 * f1 - gj * tau * f2 + ea2 * stretched)
+        + q2 * inverse * 0.5;
+    let [by_p, by_r] = bends(facing);
+    // Slopes by |h| of everything but |h|, and by x.
+    let mut by_h: Row<S> = std::array::from_fn(|v| hp * by_p[v] + hr * by_r[v]);
+    let mut by_x: Row<S> = std::array::from_fn(|v| px * by_p[v] + rx * by_r[v]);
+    by_h[KX] += ha;
+    by_h[DTH] -= ha;
+    by_h[FACE] += hx;
+    by_h[EK] += ea * stretch;
+    by_x[KX] += ax;
+    by_x[DTH] -= ax;
+    by_x[FACE] += xx * 0.5;
+    by_x[EK] += *h * ea1 * stretch;
+    for (n, &i) in variables.iter().enumerate() {
+        for &j in &variables[..=n] {
+            let mut value = hh * dh[i] * dh[j] + dh[i] * by_h[j] + by_h[i] * dh[j];
+            if let (KY | KZ | TH, KY | KZ | TH) = (i, j) {
+                value += pp * by_p[i] * by_p[j] + rr * by_r[i] * by_r[j];
             }
-        }
-        for (target, &factor) in block.iter_mut().zip(row_i) {
-            if factor != 0.0 {
-                for (t, c) in target.iter_mut().zip(&coupled) {
-                    *t += factor * c;
-                }
+            if i == FACE {
+                value += by_x[j];
             }
+            if j == FACE {
+                value += by_x[i];
+            }
+            add(i, j, value);
         }
     }
-    let Facing { sin, cos, p, r, .. } = *facing;
-    let (by_p, by_r) = (weight * inner.slope[2], weight * inner.slope[3]);
-    let mut add = |i: usize, j: usize, value: f64| {
-        block[i][j] += value;
-        if i != j {
-            block[j][i] += value;
+    let has = |v: usize| variables.contains(&v);
+    if has(KX) {
+        add(KX, KX, aa);
+    }
+    if has(DTH) {
+        add(DTH, DTH, aa);
+        if has(KX) {
+            add(DTH, KX, -aa);
         }
-    };
-    add(TH, TH, -by_p * p - by_r * r);
-    add(KY, TH, -by_p * sin + by_r * cos);
-    add(KZ, TH, -by_p * cos - by_r * sin);
-    inner.slope[0]
+    }
+    if has(EK) {
+        add(EK, EK, *h * ea);
+    }
+    if has(TH) {
+        let (of_p, of_r) = (weight * slope[2], weight * slope[3]);
+        add(TH, TH, -of_p * *p - of_r * *r);
+        add(KY, TH, of_r * *cos - of_p * *sin);
+        add(KZ, TH, -of_p * *cos - of_r * *sin);
+    }
+    slope[0]
 }
 
 /// ω_1 and its gradient by (K_X, K_Y, K_Z, e_1, X).
-pub(crate) fn leader(fields: &FieldJets, v: &[f64]) -> (f64, [f64; 5]) {
+pub(crate) fn leader<S: Real>(fields: &FieldJets<S>, v: &[S]) -> (S, [S; 5]) {
     let [_, rest, bend, _] = fields.direction;
-    let twist = v[local::KX] - rest;
-    let (ky, kz, stretch) = (v[local::KY], v[local::KZ], v[local::E1]);
-    let axial = if stretch == 0.0 { [0.0; 3] } else { fields.axial };
+    let twist = v[KX] - rest;
+    let (ky, kz, stretch) = (v[KY], v[KZ], v[E1]);
+    let axial = if stretch.vanishes() { [S::zero(); 3] } else { fields.axial };
     let form = |order: usize| {
-        0.5 * (fields.torsion[order] * twist * twist
+        (fields.torsion[order] * twist * twist
             + fields.bending_y[order] * ky * ky
             + fields.bending_z[order] * kz * kz
             + axial[order] * stretch * stretch)
+            * 0.5
     };
     let gj = fields.torsion[0];
-    (
-        form(0),
-        [
-            gj * twist,
-            fields.bending_y[0] * ky,
-            fields.bending_z[0] * kz,
-            axial[0] * stretch,
-            form(1) - gj * twist * bend,
-        ],
-    )
+    let slopes = [
+        gj * twist,
+        fields.bending_y[0] * ky,
+        fields.bending_z[0] * kz,
+        axial[0] * stretch,
+        form(1) - gj * twist * bend,
+    ];
+    (form(0), slopes)
 }
 
-pub(crate) fn add_leader_hessian(fields: &FieldJets, v: &[f64], weight: f64, full: &mut [f64], rows: usize) {
+/// Second derivatives of ω_1: `add(i, j, value)` takes each pair once; those by X only where `moving`.
+pub(crate) fn leader_second<S: Real>(
+    fields: &FieldJets<S>,
+    v: &[S],
+    moving: bool,
+    add: &mut impl FnMut(usize, usize, S),
+) {
     let [_, rest, bend, jerk] = fields.direction;
-    let twist = v[local::KX] - rest;
-    let stretch = v[local::E1];
-    let axial = if fields.axial[0].is_finite() { fields.axial } else { [0.0; 3] };
+    let twist = v[KX] - rest;
+    let stretch = v[E1];
+    let axial = if fields.axial[0].mask(f64::is_finite) != 0 { fields.axial } else { [S::zero(); 3] };
     let [gj, gj1, gj2] = fields.torsion;
-    let x = local::X;
-    let mut add = |i: usize, j: usize, value: f64| {
-        full[i * rows + j] += weight * value;
-        if i != j {
-            full[j * rows + i] += weight * value;
-        }
-    };
-    add(local::KX, local::KX, gj);
-    add(local::KY, local::KY, fields.bending_y[0]);
-    add(local::KZ, local::KZ, fields.bending_z[0]);
-    add(local::E1, local::E1, axial[0]);
-    add(local::KX, x, gj1 * twist - gj * bend);
-    add(local::KY, x, fields.bending_y[1] * v[local::KY]);
-    add(local::KZ, x, fields.bending_z[1] * v[local::KZ]);
-    add(local::E1, x, axial[1] * stretch);
-    let curvature = 0.5
-        * (gj2 * twist * twist
-            + fields.bending_y[2] * v[local::KY] * v[local::KY]
-            + fields.bending_z[2] * v[local::KZ] * v[local::KZ]
-            + axial[2] * stretch * stretch)
-        - 2.0 * gj1 * twist * bend
+    add(KX, KX, gj);
+    add(KY, KY, fields.bending_y[0]);
+    add(KZ, KZ, fields.bending_z[0]);
+    add(E1, E1, axial[0]);
+    if !moving {
+        return;
+    }
+    add(KX, X, gj1 * twist - gj * bend);
+    add(KY, X, fields.bending_y[1] * v[KY]);
+    add(KZ, X, fields.bending_z[1] * v[KZ]);
+    add(E1, X, axial[1] * stretch);
+    let curvature = (gj2 * twist * twist
+        + fields.bending_y[2] * v[KY] * v[KY]
+        + fields.bending_z[2] * v[KZ] * v[KZ]
+        + axial[2] * stretch * stretch)
+        * 0.5
+        - gj1 * twist * bend * 2.0
         + gj * (bend * bend - twist * jerk);
-    add(x, x, curvature);
+    add(X, X, curvature);
 }

@@ -5,7 +5,9 @@
 
 use crate::design::Robot;
 use crate::kinematics::so3::hat;
+use crate::real::{MOST_LANES, Real};
 use nalgebra::{Matrix3, Vector3};
+use std::array::from_fn;
 use std::fmt;
 
 /// Where a load acts along the robot.
@@ -280,20 +282,41 @@ impl Loads {
 }
 
 /// Force and moment of one concentrated load at a given pose, and how they change with it.
-#[derive(Clone, Debug)]
-pub(crate) struct Applied {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Applied<S: Real = f64> {
     /// Force on the point of action, world components (N).
-    pub force: Vector3<f64>,
+    pub force: Vector3<S>,
     /// Moment about the point of action, world components (N m).
-    pub moment: Vector3<f64>,
+    pub moment: Vector3<S>,
     /// Arm from the section's centre to the point of action, world components (m).
-    pub arm: Vector3<f64>,
+    pub arm: Vector3<S>,
     /// ∂force/∂(point of action).
-    pub force_by_point: Matrix3<f64>,
+    pub force_by_point: Matrix3<S>,
     /// ∂force/∂φ.
-    pub force_by_spin: Matrix3<f64>,
+    pub force_by_spin: Matrix3<S>,
     /// ∂moment/∂φ.
-    pub moment_by_spin: Matrix3<f64>,
+    pub moment_by_spin: Matrix3<S>,
+}
+
+impl<S: Real> Applied<S> {
+    /// Puts the loads of all lanes side by side.
+    pub fn from_lanes(load: impl Fn(usize) -> Applied) -> Self {
+        let lanes: [Applied; MOST_LANES] =
+            from_fn(|l| if l < S::LANES { load(l) } else { Applied::default() });
+        let vector =
+            |of: fn(&Applied) -> &Vector3<f64>| Vector3::from_fn(|i, _| S::from_lanes(|l| of(&lanes[l])[i]));
+        let matrix = |of: fn(&Applied) -> &Matrix3<f64>| {
+            Matrix3::from_fn(|i, j| S::from_lanes(|l| of(&lanes[l])[(i, j)]))
+        };
+        Self {
+            force: vector(|a| &a.force),
+            moment: vector(|a| &a.moment),
+            arm: vector(|a| &a.arm),
+            force_by_point: matrix(|a| &a.force_by_point),
+            force_by_spin: matrix(|a| &a.force_by_spin),
+            moment_by_spin: matrix(|a| &a.moment_by_spin),
+        }
+    }
 }
 
 impl Wrench {

@@ -18,7 +18,7 @@ use crate::design::fields::FieldJets;
 use crate::kinematics::follower::local;
 use crate::kinematics::pose::{Poses, base_rotation, point};
 use crate::kinematics::so3;
-use crate::kinematics::state::{State, part};
+use crate::kinematics::state::{State, part, row};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -57,6 +57,7 @@ pub(crate) fn residual(
     result: &mut Vec<f64>,
 ) {
     let layout = setting.layout;
+    let edges = layout.edges.len();
     result.clear();
     result.resize(state.unknowns, 0.0);
     let mut tip = Wrench::default();
@@ -103,11 +104,11 @@ pub(crate) fn residual(
             if layout.stretch {
                 stress[3] = own.axial[0] * v[local::E1] - force.x;
             }
-            for (row, stress) in stress.into_iter().enumerate() {
+            for (strain, stress) in stress.into_iter().enumerate() {
                 axpy(
-                    &mut result[..layout.modes],
+                    &mut result[edges..],
                     length * rule.weights[i] * stress,
-                    &state.z_row(node, row)[..layout.modes],
+                    &state.z_row(node, strain)[edges..],
                 );
             }
         }
@@ -126,14 +127,14 @@ fn on_leader(
     e: usize,
     i: usize,
 ) -> Wrench {
-    let Setting { layout, loads, .. } = setting;
+    let layout = setting.layout;
     let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
     let label = state.local[node * layout.rows() + local::X];
     let mut wrench = Wrench::default();
-    for d in loads.distributed.iter().filter(|d| (d.from..=d.to).contains(&label)) {
-        wrench.add(&Wrench::at(&poses.centre[at], d.force), 1.0);
+    for force in setting.distributed(label) {
+        wrench.add(&Wrench::at(&poses.centre[at], force), 1.0);
     }
-    if let Some(gravity) = loads.gravity {
+    if let Some(gravity) = setting.gravity::<f64>() {
         let own = &jets[node * layout.tubes];
         let place = poses.centre[at] + poses.rotation[at].column(1) * own.offset[0];
         wrench.add(&Wrench::at(&place, gravity * own.mass[0]), 1.0);
@@ -151,7 +152,8 @@ fn follower(
     f: usize,
     result: &mut [f64],
 ) -> Wrench {
-    let Setting { robot, layout, loads, .. } = setting;
+    let Setting { robot, layout, .. } = setting;
+    let edges = layout.edges.len();
     let followers = layout.tubes - 1;
     let mut wrench = at_plate(setting, state, efforts, f);
     for (e, element) in layout.elements.iter().enumerate() {
@@ -160,13 +162,13 @@ fn follower(
         let mut spread = vec![Wrench::default(); rule.n];
         let section = |i: usize| {
             let (node, at) = (element.first_node + i, point(layout, e, i));
-            let angle = state.local[node * layout.rows() + State::row(f, local::TH)];
+            let angle = state.local[node * layout.rows() + row(f, local::TH)];
             let rotation = poses.rotation[at] * so3::about_x(PI - angle);
             let offset = jets[node * layout.tubes + f + 1].offset[0];
             let place: Vector3<f64> = poses.centre[at] + rotation.column(1) * offset;
             (rotation, place)
         };
-        if let Some(gravity) = loads.gravity {
+        if let Some(gravity) = setting.gravity::<f64>() {
             for (i, spread) in spread.iter_mut().enumerate() {
                 let node = element.first_node + i;
                 let mass = jets[node * layout.tubes + f + 1].mass[0] * state.facing[node * followers + f].h;
@@ -183,7 +185,7 @@ fn follower(
             let (force, moment) = here.seen(&rotation, &place);
             let facing = &state.facing[node * followers + f];
             let own = robot.fields[f + 1]
-                .jets(state.local[node * layout.rows() + State::row(f, local::FACE)], part(element, f + 1));
+                .jets(state.local[node * layout.rows() + row(f, local::FACE)], part(element, f + 1));
             let strain = Vector3::new(facing.a, -facing.p, -facing.r) / facing.h;
             let stress = Vector3::new(
                 own.torsion[0] * (strain.x - own.direction[1]) - moment.x - own.offset[0] * force.z,
@@ -201,15 +203,15 @@ fn follower(
             slopes[local::KZ] += stress.y * s - stress.z * c;
             slopes[local::TH] += stress.y * facing.r - stress.z * facing.p;
             if layout.stretch {
-                let stretch = state.local[node * layout.rows() + State::row(f, local::EK)];
+                let stretch = state.local[node * layout.rows() + row(f, local::EK)];
                 slopes[local::EK] += facing.h * (own.axial[0] * stretch - force.x);
             }
             for (variable, slope) in slopes.into_iter().enumerate() {
                 if variable != local::FACE && variable != local::X {
                     axpy(
-                        &mut result[..layout.modes],
+                        &mut result[edges..],
                         length * rule.weights[i] * slope,
-                        &state.z_row(node, State::row(f, variable))[..layout.modes],
+                        &state.z_row(node, row(f, variable))[edges..],
                     );
                 }
             }

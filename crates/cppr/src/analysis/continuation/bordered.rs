@@ -16,6 +16,7 @@ use crate::analysis::stability;
 use crate::dense::{Determinant, Lu, dot};
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
+use crate::real::Each;
 use crate::solve::newton::{FLOOR, Point, System, Workspace, advanced, condition_count};
 use crate::solve::{Actuator, ActuatorState, Command, Drive, Equilibrium, Settings, Statistics, Status};
 use nalgebra::DMatrix;
@@ -133,9 +134,9 @@ impl<'a> Bordered<'a> {
         let system = System {
             robot: self.robot,
             layout: &stage.layout,
-            loads: &command.loads,
+            loads: Each::same(&command.loads),
             knob: command.knob,
-            actuators: &drives,
+            actuators: Each::same(&drives),
             formulation: self.settings.formulation,
         };
         work(self, &system)
@@ -149,7 +150,7 @@ impl<'a> Bordered<'a> {
     /// Residual and r_y at a place, whose prescribed efforts are brought to its fraction.
     fn conditions(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
         self.with_system(stage, place.fraction, |solver, system| {
-            for (f, actuator) in system.actuators.iter().enumerate() {
+            for (f, actuator) in system.actuators.first().iter().enumerate() {
                 if let Drive::Effort(force) = actuator.push_pull {
                     place.point.efforts.tension[f] = force;
                 }
@@ -288,6 +289,7 @@ impl<'a> Bordered<'a> {
             layout: Arc::clone(&stage.layout),
             point: place.point.clone(),
             drives: stage.drives(&command, self.settings),
+            mark: 0,
             command,
         };
         equilibrium.read(self.workspace);
@@ -299,7 +301,7 @@ impl<'a> Bordered<'a> {
                 state.tension = force;
             }
         }
-        self.workspace.poses.evaluate(self.robot, &stage.layout, &self.workspace.state);
+        self.workspace.pose(self.robot, &stage.layout);
         let tip = self.workspace.poses.centre.last().copied().unwrap_or_default();
         PathPoint {
             parameter: self.family.value(place.fraction),

@@ -45,7 +45,7 @@ impl Tracer<'_> {
             .filter(|&f| self.stiffens(f) && node.stage.standing >> f & 1 == 0)
             .map(|f| match layout.edges.iter().position(|&e| e == f + 1) {
                 Some(i) => {
-                    let unknown = layout.modes + i;
+                    let unknown = i;
                     (f, node.place.point.coordinates[unknown], node.tangent[unknown] * length)
                 }
                 None => (f, node.point.equilibrium.actuators[f].motion, node.sliding[f]),
@@ -119,17 +119,17 @@ impl Tracer<'_> {
         scale.units(target, &mut after);
         // Fields are linear in their modes: their rates are transferred like their values, edges where they are.
         let mut rates = here.place.point.coordinates.clone();
-        for ((rate, unit), t) in rates.iter_mut().zip(&before).zip(&here.tangent).take(old.modes) {
+        for ((rate, unit), t) in rates.iter_mut().zip(&before).zip(&here.tangent).skip(old.edges.len()) {
             *rate = unit * t;
         }
         let mut row = vec![0.0; target.unknowns()];
         for (i, follower) in target.edges.iter().enumerate() {
             let motion = here.point.equilibrium.actuators[follower - 1].motion;
-            row[target.modes + i] = (-motion).max(NEAR * scale.length);
+            row[i] = (-motion).max(NEAR * scale.length);
         }
         old.transfer(&rates, target, &mut row);
         row.iter_mut().zip(&after).for_each(|(r, unit)| *r /= unit);
-        row[target.modes..].fill(0.0);
+        row[..target.edges.len()].fill(0.0);
         row.resize(size, 0.0);
         row[size - 1] = here.slope();
         row

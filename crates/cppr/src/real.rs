@@ -1,0 +1,215 @@
+//! What the mechanics compute with: one number, or several side by side (`Pack`, one pose in each lane).
+// Operations that are not inlined take their lanes through memory.
+#![allow(clippy::inline_always)]
+
+use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
+use num_traits::{One, Zero};
+use std::array::from_fn;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A real number in every lane. Arithmetic never mixes lanes.
+pub(crate) trait Real:
+    Scalar
+    + Copy
+    + Default
+    + Zero
+    + One
+    + ClosedAddAssign
+    + ClosedSubAssign
+    + ClosedMulAssign
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// How many numbers stand side by side.
+    const LANES: usize;
+
+    /// The same number in every lane.
+    fn splat(value: f64) -> Self;
+    /// One number for each lane.
+    fn from_lanes(value: impl FnMut(usize) -> f64) -> Self;
+    /// The number in one lane.
+    fn lane(self, lane: usize) -> f64;
+
+    /// A function of each lane.
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        Self::from_lanes(|l| function(self.lane(l)))
+    }
+
+    /// One bit for each lane in which the condition holds.
+    #[inline(always)]
+    fn mask(self, condition: impl Fn(f64) -> bool) -> u64 {
+        (0..Self::LANES).fold(0, |mask, l| mask | u64::from(condition(self.lane(l))) << l)
+    }
+
+    /// One bit for each lane in which the condition does not hold, as none does for NaN.
+    #[inline(always)]
+    fn unless(self, condition: impl Fn(f64) -> bool) -> u64 {
+        every::<Self>() & !self.mask(condition)
+    }
+
+    /// Zero in every lane: what it is multiplied by need not be computed.
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        (0..Self::LANES).all(|l| self.lane(l) == 0.0)
+    }
+
+    /// Sine and cosine.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        (self.map(f64::sin), self.map(f64::cos))
+    }
+}
+
+/// The widest `Pack` in use.
+pub(crate) const MOST_LANES: usize = 8;
+
+/// All lanes of a mask.
+pub(crate) fn every<S: Real>() -> u64 {
+    (1 << S::LANES) - 1
+}
+
+/// One of something for each lane.
+#[derive(Debug)]
+pub(crate) struct Each<'a, T: ?Sized>(pub [&'a T; MOST_LANES]);
+
+impl<T: ?Sized> Clone for Each<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized> Copy for Each<'_, T> {}
+
+impl<'a, T: ?Sized> Each<'a, T> {
+    /// The same in every lane.
+    pub fn same(one: &'a T) -> Self {
+        Self([one; MOST_LANES])
+    }
+
+    /// What stands for all lanes where only kinds matter.
+    pub fn first(&self) -> &'a T {
+        self.0[0]
+    }
+}
+
+impl Real for f64 {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn from_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+        value(0)
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+}
+
+/// N numbers side by side; loops over them become vector instructions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub(crate) struct Pack<const N: usize>([f64; N]);
+
+impl<const N: usize> Real for Pack<N> {
+    const LANES: usize = N;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; N])
+    }
+
+    #[inline(always)]
+    fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
+        Self(from_fn(value))
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+}
+
+impl<const N: usize> Default for Pack<N> {
+    fn default() -> Self {
+        Self::splat(0.0)
+    }
+}
+
+impl<const N: usize> Zero for Pack<N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.vanishes()
+    }
+}
+
+impl<const N: usize> One for Pack<N> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+}
+
+impl<const N: usize> Neg for Pack<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(from_fn(|l| -self.0[l]))
+    }
+}
+
+macro_rules! lanewise {
+    ($($operator:ident $function:ident $assign:ident $in_place:ident $sign:tt),*) => {$(
+        impl<const N: usize> $operator for Pack<N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                Self(from_fn(|l| self.0[l] $sign other.0[l]))
+            }
+        }
+
+        impl<const N: usize> $operator<f64> for Pack<N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: f64) -> Self {
+                Self(from_fn(|l| self.0[l] $sign other))
+            }
+        }
+
+        impl<const N: usize> $assign for Pack<N> {
+            #[inline(always)]
+            fn $in_place(&mut self, other: Self) {
+                *self = *self $sign other;
+            }
+        }
+    )*};
+}
+
+lanewise!(
+    Add add AddAssign add_assign +,
+    Sub sub SubAssign sub_assign -,
+    Mul mul MulAssign mul_assign *,
+    Div div DivAssign div_assign /
+);

@@ -1,0 +1,109 @@
+//! Commands solved side by side against the same commands one by one.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::prototype;
+use cppr::Vector3;
+use cppr::analysis::shape::tip_pose;
+use cppr::design::{BelowPlate, Robot};
+use cppr::solve::{
+    Actuator, Batch, Command, Drive, Equilibrium, Formulation, Settings, Workspace, solve_batch, solve_from,
+};
+use cppr::statics::{Frame, Loads, Wrench};
+
+fn agrees(robot: &Robot, commands: &[Command], settings: &Settings, batch: &mut Batch) {
+    let (mut single, mut tips) = (Workspace::new(), Vec::new());
+    let mut equilibria = vec![Equilibrium::rest(robot, settings); commands.len()];
+    // From rest, then from where the first turn has led.
+    for factor in [1.0, 1.02] {
+        let moved: Vec<Command> = commands
+            .iter()
+            .map(|c| {
+                let mut c = c.clone();
+                for actuator in &mut c.actuators {
+                    actuator.push_pull = actuator.push_pull.with_value(factor * actuator.push_pull.value());
+                }
+                c
+            })
+            .collect();
+        let starts = equilibria.clone();
+        solve_batch(robot, batch, &moved, settings, &mut equilibria, &mut tips).unwrap();
+        assert_eq!(tips.len(), commands.len());
+        for (i, (command, start)) in moved.iter().zip(&starts).enumerate() {
+            let alone = solve_from(robot, &mut single, command, settings, start).unwrap();
+            let together = &equilibria[i];
+            assert_eq!(alone.status, together.status, "command {i}");
+            assert_eq!(&together.command, command);
+            if !alone.status.is_equilibrium() {
+                continue;
+            }
+            let (rotation, centre) = tip_pose(robot, &mut single, &alone);
+            assert!(
+                (tips[i].1 - centre).norm() < 1e-12 * robot.length(),
+                "command {i}: {}",
+                tips[i].1 - centre
+            );
+            assert!((tips[i].0 - rotation).norm() < 1e-11);
+            for (a, b) in alone.actuators.iter().zip(&together.actuators) {
+                assert!((a.tension - b.tension).abs() < 1e-9 * (1.0 + a.tension.abs()));
+                assert!((a.motion - b.motion).abs() < 1e-12 && (a.rotation - b.rotation).abs() < 1e-10);
+            }
+        }
+    }
+}
+
+fn command(pull: f64, turn: f64, force: [f64; 3]) -> Command {
+    let mut command = Command::pull(&[pull]).with_loads(Loads::tip_force(force.into()));
+    command.actuators[0].rotation = Drive::Motion(turn);
+    command
+}
+
+#[test]
+fn side_by_side_as_one_by_one() {
+    let mut batch = Batch::new();
+    for below in [BelowPlate::Continued, BelowPlate::Plain] {
+        for name in ["R1", "R3"] {
+            let robot = prototype(name, 1.26, below);
+            let mut commands: Vec<Command> = (0..11)
+                .map(|i| {
+                    let t = f64::from(i) / 11.0;
+                    command(6e-3 * t - 3e-3, 1.5 * t, [0.01, 0.06 - 0.1 * t, 0.05 * t])
+                })
+                .collect();
+            // Another kind of load, another kind of drive, a command out of reach.
+            commands[5].loads.gravity = Some(Vector3::new(0.0, 0.0, -9.81));
+            commands[7].actuators[0] = Actuator { push_pull: Drive::Effort(0.8), ..Actuator::HELD };
+            commands.push(Command::pull(&[0.12]));
+            agrees(&robot, &commands, &Settings::default(), &mut batch);
+        }
+    }
+}
+
+#[test]
+fn loads_without_potential_stretch_and_the_printed_formulation() {
+    let robot = prototype("R1", 1.27, BelowPlate::Plain);
+    let mut batch = Batch::new();
+    let commands: Vec<Command> =
+        (0..5).map(|i| command(1e-3 * f64::from(i) - 2e-3, 0.2, [0.0, 0.05, 0.02])).collect();
+    agrees(&robot, &commands, &Settings::default().with_stretch(), &mut batch);
+    let mut turning = commands.clone();
+    for command in &mut turning {
+        let force = command.loads.wrenches[0];
+        command.loads.wrenches[0] = Wrench { frame: Frame::Section, ..force };
+    }
+    agrees(&robot, &turning, &Settings::default(), &mut batch);
+    let printed = Settings { formulation: Formulation::Printed, ..Settings::default() };
+    agrees(&robot, &commands[..2], &printed, &mut batch);
+}
+
+#[test]
+fn an_impossible_command_is_named() {
+    let robot = prototype("R1", 1.27, BelowPlate::Plain);
+    let settings = Settings::default();
+    let mut equilibria = vec![Equilibrium::rest(&robot, &settings); 2];
+    let commands = [Command::pull(&[1e-3]), Command::pull(&[f64::NAN])];
+    let mut tips = Vec::new();
+    let problem = solve_batch(&robot, &mut Batch::new(), &commands, &settings, &mut equilibria, &mut tips);
+    assert!(problem.unwrap_err().to_string().contains("tube 2"));
+}
