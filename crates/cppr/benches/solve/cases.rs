@@ -1,0 +1,152 @@
+//! The cases that are timed and counted: robots are uniform (R1), tapered (R3) or a bundle of three.
+//!
+//! A warm case moves one equilibrium to and fro between neighbours 0.02 mm apart, as a controller would; a cold one
+//! starts at rest. "jacobian" adds tip Jacobian and compliance.
+
+use crate::common::{prototype, robot, stiff_tube};
+use cppr::Vector3;
+use cppr::analysis::{Sensitivity, sensitivity_into};
+use cppr::design::{BelowPlate, Robot};
+use cppr::kinematics::Resolution;
+use cppr::solve::{Batch, Command, Equilibrium, Settings, Workspace, solve_batch, solve_into};
+use cppr::statics::Loads;
+use std::f64::consts::TAU;
+
+/// Modes of the paper in space: 3 + 3 + 3 + 2.
+pub const PAPER: Resolution =
+    Resolution { twist: 3, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 6 };
+
+/// One thing to time.
+pub struct Case {
+    pub name: &'static str,
+    pub robot: Robot,
+    pub commands: [Command; 2],
+    pub settings: Settings,
+    pub warm: bool,
+    pub jacobian: bool,
+}
+
+/// All of them.
+pub fn all() -> Vec<Case> {
+    let two = || prototype("R1", 1.27, BelowPlate::Continued);
+    let paper = Settings::default().with_resolution(PAPER);
+    let pulled = |a: f64| Command::pull(&[a]);
+    let loaded = |a: f64| pulled(a).with_loads(Loads::tip_force(Vector3::new(0.0, 0.05, 0.05)));
+    let three = |a: f64| Command::pull(&[a, -3e-4]);
+    let case = |name, robot, command: &dyn Fn(f64) -> Command, at: f64, settings| Case {
+        name,
+        robot,
+        commands: [command(at), command(at + 2e-5)],
+        settings,
+        warm: true,
+        jacobian: false,
+    };
+    let cold = |case: Case| Case { warm: false, ..case };
+    let tapered = prototype("R3", 1.26, BelowPlate::Plain);
+    vec![
+        case("planar_two_tubes_warm", two(), &pulled, 5e-3, Settings::planar()),
+        cold(case("planar_two_tubes_cold", two(), &pulled, 5e-3, Settings::planar())),
+        case("planar_tapered_pushed_warm", tapered, &pulled, -5e-3, Settings::planar()),
+        Case { jacobian: true, ..case("space_two_tubes_jacobian_warm", two(), &loaded, 5e-3, paper) },
+        case("space_two_tubes_warm", two(), &loaded, 5e-3, paper),
+        cold(case("space_two_tubes_cold", two(), &loaded, 5e-3, paper)),
+        cold(case("space_two_tubes_default_cold", two(), &loaded, 5e-3, Settings::default())),
+        case("three_tubes_warm", three_tubes(), &three, 5e-4, paper),
+        cold(case("three_tubes_cold", three_tubes(), &three, 5e-4, paper)),
+    ]
+}
+
+fn three_tubes() -> Robot {
+    let tubes = [(1.12e-3, 1.96e-4, 1.78e-4), (0.983e-3, 1.81e-4, 1.78e-4), (0.764e-3, 1.83e-4, 1.89e-4)];
+    let tubes = tubes
+        .iter()
+        .enumerate()
+        .map(|(k, &(offset, y, z))| stiff_tube(offset, [y, z], 2.8e-4, TAU / 3.0 * k as f64, 0.0))
+        .collect();
+    robot(0.03, tubes)
+}
+
+/// A case and what it reuses.
+pub struct Runner {
+    pub case: Case,
+    workspace: Workspace,
+    rest: Equilibrium,
+    pub equilibrium: Equilibrium,
+    sensitivity: Sensitivity,
+    turn: usize,
+}
+
+impl Runner {
+    pub fn new(case: Case) -> Self {
+        let rest = Equilibrium::rest(&case.robot, &case.settings);
+        let (workspace, equilibrium) = (Workspace::new(), rest.clone());
+        let mut runner =
+            Self { case, workspace, rest, equilibrium, sensitivity: Sensitivity::default(), turn: 0 };
+        for _ in 0..2 {
+            runner.once();
+        }
+        runner
+    }
+
+    /// One solve; returns the tension.
+    pub fn once(&mut self) -> f64 {
+        let Self { case, workspace, rest, equilibrium, sensitivity, turn } = self;
+        *turn += 1;
+        if !case.warm {
+            equilibrium.copy(rest);
+        }
+        let command = &case.commands[*turn % 2];
+        let solved = solve_into(&case.robot, workspace, command, &case.settings, equilibrium);
+        assert!(solved.is_ok() && equilibrium.status.is_equilibrium());
+        if case.jacobian {
+            assert!(sensitivity_into(&case.robot, workspace, equilibrium, sensitivity));
+        }
+        equilibrium.actuators[0].tension
+    }
+}
+
+/// Neighbouring commands of one case, solved in one call.
+pub struct BatchRunner {
+    case: Case,
+    batch: Batch,
+    commands: [Vec<Command>; 2],
+    rest: Equilibrium,
+    equilibria: Vec<Equilibrium>,
+    tips: Vec<(cppr::Matrix3<f64>, Vector3<f64>)>,
+    turn: usize,
+}
+
+impl BatchRunner {
+    pub fn new(case: Case, count: usize) -> Self {
+        let rest = Equilibrium::rest(&case.robot, &case.settings);
+        // Neighbours differ by micrometres, as in a sweep.
+        let commands = [0, 1].map(|side: usize| {
+            let spread = |i: usize| {
+                let mut command = case.commands[side].clone();
+                let drive = &mut command.actuators[0].push_pull;
+                *drive = drive.with_value(drive.value() + 1e-6 * i as f64);
+                command
+            };
+            (0..count).map(spread).collect()
+        });
+        let equilibria = vec![rest.clone(); count];
+        let mut runner =
+            Self { case, batch: Batch::new(), commands, rest, equilibria, tips: Vec::new(), turn: 0 };
+        for _ in 0..2 {
+            runner.once();
+        }
+        runner
+    }
+
+    /// All of them once; returns the last tension.
+    pub fn once(&mut self) -> f64 {
+        self.turn += 1;
+        if !self.case.warm {
+            self.equilibria.iter_mut().for_each(|e| e.copy(&self.rest));
+        }
+        let Self { case, batch, commands, equilibria, tips, turn, .. } = self;
+        let solved = solve_batch(&case.robot, batch, &commands[*turn % 2], &case.settings, equilibria, tips);
+        assert!(solved.is_ok() && equilibria.iter().all(|e| e.status.is_equilibrium()));
+        equilibria.last().map_or(0.0, |e| e.actuators[0].tension)
+    }
+}

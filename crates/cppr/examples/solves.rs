@@ -1,0 +1,37 @@
+//! Solves one case of the benchmark many times, for profilers and for counting instructions:
+//! `valgrind --tool=callgrind target/release/examples/solves space_two_tubes_warm 1000`, with a fourth word `batch` side by
+//! side. Without arguments it lists the cases and the cost of one solve.
+#![allow(clippy::unwrap_used)]
+
+#[path = "../benches/solve/cases.rs"]
+mod cases;
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use cases::{BatchRunner, Runner};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some(name) = arguments.first() else {
+        for case in cases::all() {
+            let name = case.name;
+            let mut runner = Runner::new(case);
+            runner.once();
+            println!("{name}: {:?}", runner.equilibrium.statistics);
+        }
+        return;
+    };
+    let count: usize = arguments.get(1).map_or(Ok(1000), |c| c.parse()).unwrap();
+    let case = cases::all().into_iter().find(|case| case.name == name).unwrap();
+    if arguments.get(2).is_some_and(|word| word == "batch") {
+        let mut runner = BatchRunner::new(case, 64);
+        (0..count.div_ceil(64)).for_each(|_| {
+            runner.once();
+        });
+    } else {
+        let mut runner = Runner::new(case);
+        (0..count).for_each(|_| {
+            runner.once();
+        });
+    }
+}
