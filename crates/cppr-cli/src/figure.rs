@@ -5,8 +5,8 @@ use crate::output;
 use cppr::Vector3;
 use cppr::analysis::Shape;
 use cppr::design::Robot;
-use cppr::solve::{Drive, Equilibrium, Workspace};
-use cppr::statics::{Frame, Station};
+use cppr::solve::{Drive, Equilibrium, Formulation, Workspace};
+use cppr::statics::{Frame, RotationKnob, Station};
 use cppr_plot::{Figure, Force, Line, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
 
@@ -122,9 +122,13 @@ fn forces(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<
         .collect()
 }
 
-/// Name and actuation.
+/// Name, actuation, and the formulation where it is not the consistent one.
 pub fn title(robot: &Robot, found: &Equilibrium) -> String {
     let mut parts = vec![robot.design().name.clone()];
+    let knob = match found.command.knob {
+        RotationKnob::Base => "Ω",
+        RotationKnob::RelativeAngle => "−Δθ",
+    };
     for (f, (drive, state)) in found.command.actuators.iter().zip(&found.actuators).enumerate() {
         let tube = f + 2;
         parts.push(match drive.push_pull {
@@ -134,10 +138,13 @@ pub fn title(robot: &Robot, found: &Equilibrium) -> String {
         match drive.rotation {
             Drive::Motion(angle) if angle.abs() <= 0.0 => {}
             Drive::Motion(_) => {
-                parts.push(format!("Ω_{{{tube}}} = {}°", number(state.rotation.to_degrees())));
+                parts.push(format!("{knob}_{{{tube}}} = {}°", number(state.rotation.to_degrees())));
             }
             Drive::Effort(_) => parts.push(format!("Υ_{{{tube}}} = {} N mm", number(state.torque * 1e3))),
         }
+    }
+    if found.settings.formulation == Formulation::Printed {
+        parts.push("as printed".into());
     }
     parts.join(", ")
 }

@@ -278,6 +278,19 @@ fn a_figure_does_not_depend_on_the_samples_of_the_table() {
 }
 
 #[test]
+fn a_figure_names_the_printed_formulation_and_the_knob() {
+    let folder = tempfile::tempdir().unwrap();
+    let turned = ["solve", "robots/r1.toml", "--rotate", "60deg", "--relative-angle", "--plot", "f.svg"];
+    let printed = [&turned[..], &["--formulation", "printed"]].concat();
+    for (arguments, as_printed) in [(&turned[..], false), (&printed[..], true)] {
+        assert_eq!(cppr_in(folder.path(), arguments).status.code(), Some(0));
+        let svg = std::fs::read_to_string(folder.path().join("f.svg")).unwrap();
+        assert_eq!(svg.contains("as printed"), as_printed);
+        assert!(svg.contains("−Δθ") && !svg.contains('Ω'), "the angle is not the motor's");
+    }
+}
+
+#[test]
 fn section_prints_the_properties() {
     let table = text(&cppr(&["section", "robots/r1.toml", "--tube", "1", "--samples", "2"]).stdout);
     // A = 3.0975 mm², D = 2.4063 mm (appendix B), f_D D = 3.0560 mm, EI_Z = 1153.2 N mm².
