@@ -12,9 +12,9 @@ use cppr_sweep::{
     Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
     write_file,
 };
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -151,6 +151,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
              cargo build --release --features parquet"
         )));
     }
+    // A link stays a link.
+    let target = std::fs::canonicalize(&args.output).unwrap_or_else(|_| args.output.clone());
     let plot = args.plot.as_deref().map(figure::format).transpose()?;
     output::check(&args.robot, &[("--output", Some(&args.output)), ("--plot", args.plot.as_deref())])?;
     if args.output.exists() && !args.output.is_file() {
@@ -170,9 +172,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = FileOptions { threads: args.threads.into(), resume: args.resume, format, stop: &stop };
     let bar = ProgressBar::new(rows);
     if let Ok(style) = ProgressStyle::with_template(
-        "{bar:30} {human_pos}/{human_len} poses, {per_sec}, {elapsed}, {eta} left",
+        "{bar:30} {human_pos}/{human_len} poses, {rate} per second, {elapsed}, {eta} left",
     ) {
-        bar.set_style(style);
+        let rate = |state: &ProgressState, out: &mut dyn Write| {
+            let _ = write!(out, "{:.0}", state.per_sec());
+        };
+        bar.set_style(style.with_key("rate", rate));
     }
     let mut before = None;
     let progress = |done: u64| {
@@ -189,9 +194,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             cloud.visit(chunk);
         }
     };
-    let finished = write_file(&task, &args.output, &options, progress, visit);
+    let finished = write_file(&task, &target, &options, progress, visit);
     bar.finish_and_clear();
-    let finished = finished.map_err(|problem| failure(args, &problem))?;
+    let finished = finished.map_err(|problem| failure(&target, &problem))?;
     let solved = rows - before.unwrap_or_default();
     let text = summary(args, &task, &finished, solved, start.elapsed().as_secs_f64());
     if finished.counts[usize::from(Verdict::Converged.code())] > 0
@@ -207,8 +212,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn failure(args: &Args, problem: &FileProblem) -> Failure {
-    let parts = parts_of(&args.output);
+fn failure(target: &Path, problem: &FileProblem) -> Failure {
+    let parts = parts_of(target);
     let parts = parts.display();
     match problem {
         FileProblem::Stopped(..) => {

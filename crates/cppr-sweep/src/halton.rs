@@ -19,6 +19,8 @@ struct Coordinate {
     base: u64,
     /// One permutation per digit, most significant digit of the result first.
     permutations: Vec<Vec<u32>>,
+    /// What the digits from each on add where they are all zero.
+    tails: Vec<f64>,
 }
 
 impl Halton {
@@ -36,16 +38,24 @@ impl Halton {
                 permutations.push(permutation);
                 resolved /= f64::from(base);
             }
-            Coordinate { base: u64::from(base), permutations }
+            let mut tails = vec![0.0; permutations.len() + 1];
+            for (digit, permutation) in permutations.iter().enumerate().rev() {
+                tails[digit] = (tails[digit + 1] + f64::from(permutation[0])) / f64::from(base);
+            }
+            Coordinate { base: u64::from(base), permutations, tails }
         });
         Self { coordinates: coordinates.collect() }
     }
 
     /// Coordinate `dimension` of point `index`, in (0, 1).
     pub fn at(&self, index: u64, dimension: usize) -> f64 {
-        let Coordinate { base, permutations } = &self.coordinates[dimension];
+        let Coordinate { base, permutations, tails } = &self.coordinates[dimension];
         let (mut rest, mut scale, mut value) = (index, 1.0, 0.0);
-        for permutation in permutations {
+        for (permutation, tail) in permutations.iter().zip(tails) {
+            if rest == 0 {
+                value += scale * tail;
+                break;
+            }
             scale /= *base as f64;
             // A remainder by the base is a small number.
             #[allow(clippy::cast_possible_truncation)]
@@ -53,8 +63,8 @@ impl Halton {
             value += scale * f64::from(permutation[digit]);
             rest /= base;
         }
-        // Half of the last digit: neither 0 nor, after rounding, 1.
-        (value + 0.5 * scale).min(1.0 - 0.5 * f64::EPSILON)
+        // Neither 0 nor, after rounding, 1.
+        value.clamp(f64::MIN_POSITIVE, 1.0 - 0.5 * f64::EPSILON)
     }
 }
 

@@ -7,6 +7,38 @@
 //! Every pose is a row, solved or not: columns of numbers in SI units (see [`Task::columns`]), NaN where there is no
 //! equilibrium, and a [`Verdict`]. Rows depend on the task alone, not on threads, interruptions or earlier chunks: every
 //! chunk is solved by a fresh solver, along a path through its grid on which neighbours follow each other.
+//!
+//! ```
+//! use cppr::analysis::{Freedom, Input};
+//! use cppr::{design::Robot, solve::{Command, Settings}};
+//! use cppr_sweep::{Axis, Plan, Task, Values, Variable, run};
+//! use std::{ops::ControlFlow, sync::atomic::AtomicBool};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let robot_text = std::fs::read_to_string("../../robots/r1.toml")?;
+//! let robot = Robot::new(cppr_io::robot_file::parse(&robot_text)?.design).map_err(|p| format!("{p:?}"))?;
+//! let pull = Variable::Actuator(Input { tube: 2, freedom: Freedom::PushPull, is_motion: true });
+//! let task = Task {
+//!     base: Command::held(&robot),
+//!     settings: Settings::planar(),
+//!     axes: vec![Axis { variable: pull, values: Values::Range { from: -5e-3, to: 5e-3, count: 11 } }],
+//!     plan: Plan::Grid,
+//!     margin: false,
+//!     limits: None,
+//!     robot,
+//!     robot_text,
+//! };
+//! task.check()?;
+//! let tip_y = task.columns().iter().position(|column| column.name == "tip_y_m").ok_or("no such column")?;
+//! let mut tips = Vec::new();
+//! let _ = run(&task, 0, 0..task.chunks(), &AtomicBool::new(false), |chunk| {
+//!     tips.extend_from_slice(chunk.column(tip_y));
+//!     ControlFlow::<()>::Continue(())
+//! })?;
+//! assert!(tips.len() == 11 && tips[0] > 0.07 && tips[10] < -0.07);
+//! # Ok(())
+//! # }
+//! ```
 
 mod axis;
 mod check;

@@ -48,11 +48,10 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
     };
     let mut inputs = Inputs::new(task, chunking);
     let mut values = vec![0.0; task.axes.len()];
-    for turn in 0..range.end - range.start {
+    for row in inputs.path(number) {
         if stop.load(Ordering::Relaxed) {
             return None;
         }
-        let row = chunking.turn(number, turn);
         inputs.of(range.start + row, &mut values);
         #[allow(clippy::cast_possible_truncation)]
         solver.pose(&values, &mut chunk, row as usize);

@@ -7,6 +7,7 @@ use crate::table::{Column, Kind};
 use cppr::analysis::Teeth;
 use cppr::design::Robot;
 use cppr::solve::{Command, Settings};
+use std::ops::Range;
 
 /// Most poses of one task: a thousand million rows are some 200 GB.
 pub const MOST_POSES: u64 = 1_000_000_000;
@@ -118,6 +119,39 @@ impl<'a> Inputs<'a> {
             _ => None,
         };
         Self { task, chunking, halton, digits: vec![0; task.axes.len()] }
+    }
+
+    /// In which order the rows of a chunk are solved, counted from its first: neighbours follow each other.
+    pub fn path(&self, chunk: u64) -> Vec<u64> {
+        let rows = self.chunking.rows_of(chunk);
+        let count = rows.end - rows.start;
+        match (&self.task.plan, &self.halton) {
+            (Plan::List(_), _) => (0..count).collect(),
+            (_, Some(halton)) => self.strips(halton, rows),
+            _ => (0..count).map(|turn| self.chunking.turn(chunk, turn)).collect(),
+        }
+    }
+
+    /// Samples strip by strip: all axes but the last are cut into as many pieces as leave some samples to each strip, and
+    /// traversed like a grid.
+    fn strips(&self, halton: &Halton, rows: Range<u64>) -> Vec<u64> {
+        let axes = self.task.axes.len();
+        let pieces = ((rows.end - rows.start) as f64).powf(1.0 / axes as f64).ceil();
+        let mut path: Vec<(f64, f64, u64)> = rows
+            .clone()
+            .map(|row| {
+                let (mut strip, mut odd) = (0.0, false);
+                let reflected = |u: f64, odd: bool| if odd { 1.0 - u } else { u };
+                for axis in 0..axes - 1 {
+                    let piece = (reflected(halton.at(row, axis), odd) * pieces).floor();
+                    strip = strip * pieces + piece;
+                    odd = strip % 2.0 > 0.5;
+                }
+                (strip, reflected(halton.at(row, axes - 1), odd), row - rows.start)
+            })
+            .collect();
+        path.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        path.into_iter().map(|(_, _, row)| row).collect()
     }
 
     /// Values of all axes in a row.

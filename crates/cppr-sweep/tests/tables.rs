@@ -213,6 +213,35 @@ fn failures_are_rows() {
     assert!(csv.lines().last().unwrap().starts_with("7.0,4,invalid_design,NaN,"), "{csv}");
 }
 
+/// `cargo test --release -p cppr-sweep --features parquet`
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_holds_the_numbers_of_the_csv_and_nulls() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
+    let tension = Variable::Actuator(Input { tube: 2, freedom: Freedom::PushPull, is_motion: false });
+    let task = task("r1.toml", vec![range(tension, 0.0, 1e6, 3)]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.parquet");
+    std::fs::write(&path, written(&task, "a.parquet", 2)).unwrap();
+    let reader = SerializedFileReader::new(std::fs::File::open(path).unwrap()).unwrap();
+    let pairs = reader.metadata().file_metadata().key_value_metadata().unwrap();
+    assert!(pairs.iter().any(|p| p.key == "cppr" && p.value.as_ref().unwrap().contains("cppr/sweep")));
+    let csv = String::from_utf8(written(&task, "a.csv", 2)).unwrap();
+    let mut seen = 0;
+    for (row, line) in reader.get_row_iter(None).unwrap().zip(csv.lines().skip(2)) {
+        let (row, cells): (_, Vec<&str>) = (row.unwrap(), line.split(',').collect());
+        assert_eq!(row.get_int(1).unwrap().to_string(), cells[1]);
+        assert_eq!(row.get_string(2).unwrap(), cells[2]);
+        match row.get_double(3) {
+            Ok(x) => assert_eq!(x.to_bits(), cells[3].parse::<f64>().unwrap().to_bits()),
+            Err(_) => assert_eq!(cells[3], "NaN"),
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 3);
+}
+
 #[test]
 fn an_unstable_row_does_not_lead_its_neighbours_astray() {
     let mut task =
