@@ -6,6 +6,8 @@ mod calibrate;
 mod check;
 mod cloud;
 mod command;
+mod continuation;
+mod continuation_figure;
 mod figure;
 mod limits;
 mod output;
@@ -42,6 +44,9 @@ enum Task {
     /// The equilibrium shape of a robot under actuation and loads.
     #[command(after_help = solve::EXAMPLES)]
     Solve(Box<solve::Args>),
+    /// A path of equilibria past folds and onto other branches, with what snaps where.
+    #[command(after_help = continuation::EXAMPLES)]
+    Continue(Box<continuation::Args>),
     /// How far each actuator may go, and what limits it: strain, closing notches, stability.
     #[command(after_help = limits::EXAMPLES)]
     Limits(Box<limits::Args>),
@@ -75,6 +80,7 @@ enum Failure {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Solve(args) => solve::run(&args),
+        Task::Continue(args) => continuation::run(&args),
         Task::Limits(args) => limits::run(&args),
         Task::Sweep(args) => sweep::run(&args),
         Task::Section(args) => section::run(&args),

@@ -47,7 +47,7 @@ fn json(arguments: &[&str]) -> Value {
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in ["solve", "limits", "sweep", "section", "check", "calibrate", "paper", ""] {
+    for task in ["solve", "limits", "continue", "sweep", "section", "check", "calibrate", "paper", ""] {
         let help = text(
             &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
                 .stdout,
@@ -78,6 +78,7 @@ fn every_command_of_the_documentation_works() {
         "docs/src/tutorial.md",
         "docs/src/results.md",
         "docs/src/limits.md",
+        "docs/src/continuation.md",
         "docs/src/sweeps.md",
         "docs/src/calibration.md",
         "docs/src/paper.md",

@@ -5,6 +5,7 @@
 //! with its line and with what to write instead. A result is written as JSON ([`result`], everything) or CSV
 //! ([`result_csv`], the fields along the robot).
 
+pub mod continuation;
 mod cursor;
 mod keys;
 mod material;

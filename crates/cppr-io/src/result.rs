@@ -284,11 +284,7 @@ impl ResultRecord {
             schema: "cppr/equilibrium",
             schema_version: SCHEMA_VERSION,
             cppr_version: env!("CARGO_PKG_VERSION"),
-            robot: RobotRecord {
-                name: robot.design().name.clone(),
-                length_m: robot.length(),
-                tubes: robot.tube_count(),
-            },
+            robot: RobotRecord::new(robot),
             command: CommandRecord::new(&found.command, robot),
             formulation: formulation_name(found.settings.formulation),
             resolution: found.settings.resolution.into(),
@@ -317,6 +313,12 @@ impl ResultRecord {
         self.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Lines::default()))?;
         bytes.push(b'\n');
         Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+impl RobotRecord {
+    pub(crate) fn new(robot: &Robot) -> Self {
+        Self { name: robot.design().name.clone(), length_m: robot.length(), tubes: robot.tube_count() }
     }
 }
 
@@ -401,7 +403,7 @@ impl LoadsRecord {
     }
 }
 
-fn actuators(found: &Equilibrium) -> Vec<ActuatorRecord> {
+pub(crate) fn actuators(found: &Equilibrium) -> Vec<ActuatorRecord> {
     let states = found.actuators.iter().enumerate();
     states
         .map(|(f, a)| ActuatorRecord {

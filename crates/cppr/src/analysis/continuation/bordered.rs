@@ -84,6 +84,20 @@ impl Node {
         self.tangent.last().copied().unwrap_or(0.0)
     }
 
+    /// The same point, passed the other way.
+    pub fn turn(&mut self) {
+        self.tangent.iter_mut().chain(&mut self.sliding).for_each(|rate| *rate = -*rate);
+        self.determinant.sign = -self.determinant.sign;
+    }
+
+    /// Sets an event between two neighbours: the eigenvalue that vanishes there counts as not negative.
+    pub fn mark(&mut self, kind: PointKind, here: &Self, next: &Self) {
+        self.point.kind = kind;
+        self.point.inertia = here.point.inertia.min(next.point.inertia);
+        self.point.equilibrium.status =
+            if self.inertia() == 0 { Status::Converged } else { Status::Unstable };
+    }
+
     pub fn inertia(&self) -> usize {
         self.point.inertia.unwrap_or(0)
     }

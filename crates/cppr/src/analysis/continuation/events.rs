@@ -25,10 +25,46 @@ pub(super) enum Between {
 }
 
 /// Two events closer than this along the path count as one.
-const SEPARATE: f64 = 1e-4;
+pub(super) const SEPARATE: f64 = 1e-4;
 
 /// The least singular value of the bordered system is zero where it is this part of those half a step away.
 const SINGULAR: f64 = 1e-3;
+
+/// A function that is not this part of its values at the ends, where its zero is enclosed, jumps there.
+const JUMP: f64 = 1e-3;
+
+/// Regula falsi in the Illinois form on [0, `distance`], where a function has the values `ends` of different sign, until
+/// its zero is enclosed to the tolerance: what belongs to the smallest value met. `None` where the function cannot be
+/// evaluated, or jumps: the curve has been left for another one.
+pub(super) fn enclose<T>(
+    distance: f64,
+    ends: [f64; 2],
+    tolerance: f64,
+    mut at: impl FnMut(f64) -> Option<(f64, T)>,
+) -> Option<T> {
+    let (mut low, mut high) = ((0.0, ends[0]), (distance, ends[1]));
+    let mut found: Option<(f64, T)> = None;
+    let mut side = 0.0;
+    while high.0 - low.0 > tolerance {
+        let inside = (0.5 * tolerance).min(0.25 * (high.0 - low.0));
+        let secant = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let place = if secant.is_finite() { secant } else { 0.5 * (low.0 + high.0) };
+        let place = place.clamp(low.0 + inside, high.0 - inside);
+        let (value, what) = at(place)?;
+        if value * low.1 > 0.0 {
+            high.1 *= if side > 0.0 { 0.5 } else { 1.0 };
+            (low, side) = ((place, value), 1.0);
+        } else {
+            low.1 *= if side < 0.0 { 0.5 } else { 1.0 };
+            (high, side) = ((place, value), -1.0);
+        }
+        if found.as_ref().is_none_or(|(least, _)| value.abs() < *least) {
+            found = Some((value.abs(), what));
+        }
+    }
+    let small = JUMP * ends[0].abs().max(ends[1].abs());
+    found.filter(|(least, _)| *least <= small).map(|(_, what)| what)
+}
 
 impl Tracer<'_> {
     pub(super) fn between(&self, here: &Node, next: &Node, distance: f64) -> Between {
@@ -68,33 +104,13 @@ impl Tracer<'_> {
         }
     }
 
-    /// The node on the path from `here` at which a test vanishes; `next` lies `distance` along. Regula falsi in the
-    /// Illinois form, until the event is enclosed to the tolerance.
+    /// The node on the path from `here` at which a test vanishes; `next` lies `distance` along.
     pub(super) fn locate(&mut self, here: &Node, next: &Node, distance: f64, test: Test) -> Option<Node> {
-        let tolerance = self.tracing.tolerance;
-        let (mut low, mut high) =
-            ((0.0, Self::value(test, here, here)), (distance, Self::value(test, next, here)));
-        let mut found: Option<(f64, Node)> = None;
-        let mut side = 0.0;
-        while high.0 - low.0 > tolerance {
-            let inside = (0.5 * tolerance).min(0.25 * (high.0 - low.0));
-            let secant = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let at = if secant.is_finite() { secant } else { 0.5 * (low.0 + high.0) };
-            let at = at.clamp(low.0 + inside, high.0 - inside);
+        let ends = [here, next].map(|node| Self::value(test, node, here));
+        enclose(distance, ends, self.tracing.tolerance, |at| {
             let node = self.at(here, at)?;
-            let value = Self::value(test, &node, here);
-            if value * low.1 > 0.0 {
-                high.1 *= if side > 0.0 { 0.5 } else { 1.0 };
-                (low, side) = ((at, value), 1.0);
-            } else {
-                low.1 *= if side < 0.0 { 0.5 } else { 1.0 };
-                (high, side) = ((at, value), -1.0);
-            }
-            if found.as_ref().is_none_or(|(least, _)| value.abs() < *least) {
-                found = Some((value.abs(), node));
-            }
-        }
-        found.map(|(_, node)| node)
+            Some((Self::value(test, &node, here), node))
+        })
     }
 
     /// The node near `distance` from `here` where the bordered system itself is singular; `None` where only the symmetric

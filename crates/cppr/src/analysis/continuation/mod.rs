@@ -66,9 +66,9 @@ pub enum PointKind {
         /// How many eigenvalues vanish together.
         multiplicity: usize,
     },
-    /// The pattern of a follower begins to enter or to leave at the baseplate, or its follower, driven by force, comes to
-    /// stand there or leaves.
-    Plate {
+    /// The edge where the pattern of a follower begins passes the baseplate, a load or another edge; or a follower driven by
+    /// force comes to stand with it at the plate, or leaves.
+    Edge {
         /// Tube number.
         tube: usize,
     },
@@ -114,8 +114,8 @@ pub enum End {
     Points,
     /// No step, however short, leads on: the model ends here, or a singularity that is neither fold nor branch point.
     Step,
-    /// No equilibrium was found on the other side of an edge at the baseplate or at another joint.
-    Plate {
+    /// No equilibrium was found where the edge of a follower's pattern has passed the baseplate, a load or another edge.
+    Edge {
         /// Tube number.
         tube: usize,
     },
@@ -141,7 +141,7 @@ impl std::fmt::Display for End {
                 f,
                 "stopped where no shorter step leads on: the robot collapses, or the path is singular"
             ),
-            Self::Plate { tube } => write!(
+            Self::Edge { tube } => write!(
                 f,
                 "stopped where the pattern of tube {tube} meets the baseplate or a load: no equilibrium was found beyond"
             ),

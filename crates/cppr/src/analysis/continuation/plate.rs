@@ -1,28 +1,59 @@
 //! The moving edges: where the pattern of a follower begins, and a stiffer part comes in from below the plate.
 //!
 //! At Δa = 0 the unknowns change: an edge enters or leaves the robot, or a follower driven by force comes to stand at
-//! the plate. Towards such a place steps shrink geometrically; the last one is taken by the solver at a command just
-//! beyond, which also decides which of the cases holds there.
+//! the plate, between the tensions of both sides. Where an edge meets a load or another edge, their order changes. Towards
+//! such a place steps shrink geometrically, and the last one leads past it.
 
-use super::bordered::Node;
+use super::bordered::{Node, Place, Stage};
+use super::events::enclose;
 use super::track::{Tracer, beyond};
 use super::{End, PointKind};
-use crate::kinematics::layout::{Joint, Layout};
-use crate::solve::Equilibrium;
+use crate::kinematics::layout::{Cut, Joint, Layout};
 use crate::solve::newton::Scale;
-use crate::solve::path::{LEAST_EDGE, settle};
+use crate::solve::path::{LEAST_EDGE, carried, settle};
+use crate::solve::{Drive, Equilibrium};
 use std::sync::Arc;
+
+/// Where a follower goes that leaves the plate: its pattern out, or the part from below in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Outside,
+    Inside,
+}
+
+/// What an edge meets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Meeting {
+    Plate,
+    Load,
+    /// The edge of another follower.
+    Edge(usize),
+    Tip,
+}
+
+/// Two places that may come together.
+pub(super) struct Approach {
+    follower: usize,
+    /// Length between them (m), and its rate along the path.
+    left: f64,
+    rate: f64,
+    meeting: Meeting,
+}
+
+impl Approach {
+    /// Along the path.
+    fn distance(&self) -> f64 {
+        self.left.max(0.0) / self.rate.abs()
+    }
+}
 
 /// How far a step may go.
 pub(super) enum Room {
     Free,
     /// Not farther than this, so as not to run into an edge.
     Within(f64),
-    /// An edge is this near.
-    Edge {
-        follower: usize,
-        distance: f64,
-    },
+    /// A meeting is near: to be passed in one go.
+    Edge(Approach),
 }
 
 /// Nearer than this part of L an edge is passed in one go.
@@ -37,34 +68,60 @@ impl Tracer<'_> {
         !self.solver.robot.fields[follower + 1].smooth_at_plate()
     }
 
-    /// Followers that can reach the plate, with the length that is left to it and its rate along the path.
-    fn approaches(&self, node: &Node) -> Vec<(usize, f64, f64)> {
+    /// Everything that may meet, with the length that is left between and its rate along the path.
+    fn approaches(&self, node: &Node) -> Vec<Approach> {
         let layout = &node.stage.layout;
         let length = self.solver.robot.length();
-        (0..node.sliding.len())
+        let outside = (0..node.sliding.len())
             .filter(|&f| self.stiffens(f) && node.stage.standing >> f & 1 == 0)
-            .map(|f| match layout.edges.iter().position(|&e| e == f + 1) {
-                Some(i) => {
-                    let unknown = i;
-                    (f, node.place.point.coordinates[unknown], node.tangent[unknown] * length)
+            .filter(|f| !layout.edges.contains(&(f + 1)))
+            .map(|follower| Approach {
+                follower,
+                left: node.point.equilibrium.actuators[follower].motion,
+                rate: node.sliding[follower],
+                meeting: Meeting::Plate,
+            });
+        let at = |joint: Joint| {
+            let (label, unknown) = Layout::label(joint, &node.place.point.coordinates);
+            (label, unknown.map_or(0.0, |u| node.tangent[u] * length))
+        };
+        let between = layout.elements.iter().filter_map(|element| {
+            let ((a, a_rate), (b, b_rate)) = (at(element.start), at(element.end));
+            let edge = |joint: Joint| match joint {
+                Joint::Edge { follower, .. } => Some(follower - 1),
+                Joint::Fixed(_) => None,
+            };
+            let beyond = |label: f64| {
+                if label <= 0.0 {
+                    Meeting::Plate
+                } else if label >= length {
+                    Meeting::Tip
+                } else {
+                    Meeting::Load
                 }
-                None => (f, node.point.equilibrium.actuators[f].motion, node.sliding[f]),
-            })
-            .collect()
+            };
+            let (follower, meeting) = match (edge(element.start), edge(element.end)) {
+                (None, None) => return None,
+                (None, Some(end)) => (end, beyond(a)),
+                (Some(start), None) => (start, beyond(b)),
+                (Some(start), Some(end)) => (end, Meeting::Edge(start)),
+            };
+            Some(Approach { follower, left: b - a, rate: b_rate - a_rate, meeting })
+        });
+        outside.chain(between).collect()
     }
 
     pub(super) fn room(&self, node: &Node) -> Room {
         let length = self.solver.robot.length();
         let mut room = Room::Free;
-        for (follower, left, rate) in self.approaches(node) {
-            if rate > -LEAST_EDGE * length {
+        for approach in self.approaches(node) {
+            if approach.rate > -LEAST_EDGE * length {
                 continue;
             }
-            let distance = left.max(0.0) / -rate;
-            if left <= NEAR * length {
-                return Room::Edge { follower, distance };
+            if approach.left <= NEAR * length {
+                return Room::Edge(approach);
             }
-            let limit = 0.9 * distance;
+            let limit = 0.9 * approach.distance();
             room = match room {
                 Room::Within(other) if other < limit => room,
                 _ => Room::Within(limit),
@@ -75,18 +132,66 @@ impl Tracer<'_> {
 
     /// Have the followers outside stayed outside?
     pub(super) fn in_place(&self, node: &Node) -> bool {
-        self.approaches(node).iter().all(|&(_, left, _)| left >= -LEAST_EDGE * self.solver.robot.length())
+        self.approaches(node).iter().all(|a| a.left >= -LEAST_EDGE * self.solver.robot.length())
     }
 
-    /// Passes the plate: the first node behind it.
-    pub(super) fn hop(&mut self, here: &Node, follower: usize, distance: f64) -> Option<Node> {
-        let rate = self.approaches(here).into_iter().find(|a| a.0 == follower)?.2;
+    /// The first node behind a meeting.
+    pub(super) fn pass(&mut self, here: &Node, approach: &Approach) -> Result<Node, End> {
+        let tube = approach.follower + 2;
+        match approach.meeting {
+            Meeting::Tip => Err(End::Left { tube }),
+            Meeting::Plate => self.hop(here, approach).ok_or(End::Edge { tube }),
+            Meeting::Load | Meeting::Edge(_) => self.exchange(here, approach).ok_or(End::Edge { tube }),
+        }
+    }
+
+    /// Past the plate.
+    fn hop(&mut self, here: &Node, approach: &Approach) -> Option<Node> {
         let length = self.solver.robot.length();
         BEHIND.iter().find_map(|part| {
-            let target = here.place.fraction + (distance + part * length / -rate) * here.slope();
-            let target = beyond(target).unwrap_or(target);
-            self.arrive(here, target, follower)
+            let distance = approach.distance() + part * length / -approach.rate;
+            let target = here.place.fraction + distance * here.slope();
+            self.arrive(here, beyond(target).unwrap_or(target), approach.follower)
         })
+    }
+
+    /// Past a load or another edge: both joints change their order. How far the edge is behind is prescribed, the
+    /// fraction follows.
+    fn exchange(&mut self, here: &Node, approach: &Approach) -> Option<Node> {
+        let old = Arc::clone(&here.stage.layout);
+        let (robot, length) = (self.solver.robot, self.solver.robot.length());
+        let number = |layout: &Layout, f: usize| layout.edges.iter().position(|&e| e == f + 1);
+        let rate = |f: usize| number(&old, f).map(|i| here.tangent[i]);
+        let relative = match approach.meeting {
+            Meeting::Edge(other) => rate(approach.follower)? - rate(other)?,
+            _ => rate(approach.follower)?,
+        };
+        let towards = relative.signum();
+        let label = |f: usize| {
+            let i = number(&old, f).unwrap_or(0);
+            let gap = if f == approach.follower { approach.left + NEAR * length } else { 0.0 };
+            here.place.point.coordinates[i] + towards * gap
+        };
+        let loads = here.point.equilibrium.command.loads.clone();
+        let edges = old.edges.iter().map(|&e| Cut::edge(e, label(e - 1)));
+        let cuts = loads.cuts().map(Cut::fixed).chain(edges);
+        let resolution = self.tracing.settings.resolution;
+        let layout = self.solver.workspace.layouts.get(robot.tube_count(), length, resolution, cuts);
+        let place = Place {
+            point: carried(&here.place.point, &old, &layout, label),
+            fraction: here.place.fraction + approach.distance() * here.slope(),
+        };
+        let conditions = here.tangent.len() - old.unknowns();
+        let mut row = vec![0.0; layout.unknowns() + conditions];
+        row[number(&layout, approach.follower)?] = towards;
+        if let Meeting::Edge(other) = approach.meeting {
+            row[number(&layout, other)?] = -towards;
+        }
+        let stage = Stage { layout, standing: here.stage.standing };
+        let mut node = self.settled(&stage, place, &row)?;
+        node.point.kind = PointKind::Edge { tube: approach.follower + 2 };
+        let jump = (node.point.tip - here.point.tip).norm();
+        (jump <= JUMP * length).then_some(node)
     }
 
     /// The solver's equilibrium at another fraction, if its unknowns are others; its tangent continues that of `here`.
@@ -98,7 +203,7 @@ impl Tracer<'_> {
         }
         let row = self.transferred(here, &stage.layout, self.solver.size_of(&found));
         let mut node = self.settled(&stage, place, &row)?;
-        node.point.kind = PointKind::Plate { tube: follower + 2 };
+        node.point.kind = PointKind::Edge { tube: follower + 2 };
         let jump = (node.point.tip - here.point.tip).norm();
         (jump <= JUMP * self.solver.robot.length()).then_some(node)
     }
@@ -135,43 +240,67 @@ impl Tracer<'_> {
         row
     }
 
-    /// The node itself, on the unknowns that the solver would choose there; or the first node of another stage, where
+    /// The node itself, on the elements that the solver would choose there; or the first node of another stage, where
     /// a follower leaves the plate at which it stood.
     pub(super) fn agreed(&mut self, here: &Node, next: Node, distance: f64) -> Result<Node, End> {
-        let stage = &next.stage;
-        if stage.layout.edges.is_empty() && stage.standing == 0 {
-            return Ok(next);
-        }
-        let differs = |tracer: &mut Self, node: &Node| {
-            let found = tracer.solve(&node.point.equilibrium, node.place.fraction);
-            found.status.is_equilibrium().then(|| Self::standing_of(&found, node.place.fraction)).filter(
-                |(other, _)| {
-                    other.standing != node.stage.standing || other.layout.edges != node.stage.layout.edges
-                },
-            )
-        };
-        let Some((other, _)) = differs(self, &next) else {
-            return Ok(self.remeshed(next));
-        };
-        let changed = other.standing ^ stage.standing;
-        let follower = (changed.trailing_zeros() as usize).min(next.sliding.len().saturating_sub(1));
-        // Enclose where the follower leaves the plate.
-        let (mut low, mut high, mut last) = (0.0, distance, here.clone());
-        while high - low > NEAR {
-            let middle = 0.5 * (low + high);
-            let Some(node) = self.at(here, middle) else { break };
-            if differs(self, &node).is_some() {
-                high = middle;
-            } else {
-                (low, last) = (middle, node);
+        for follower in (0..next.sliding.len()).filter(|f| next.stage.standing >> f & 1 == 1) {
+            for side in [Side::Outside, Side::Inside] {
+                let lost = End::Edge { tube: follower + 2 };
+                let ends = [here, &next].map(|node| self.rest_of_force(node, follower, side).map(|r| r.0));
+                let (Some(before), Some(after)) = (ends[0], ends[1]) else { return Err(lost) };
+                if after > 0.0 {
+                    let left = if before > 0.0 {
+                        // It came to stand just here.
+                        Some(here.clone())
+                    } else {
+                        enclose(distance, [before, after], self.tracing.tolerance, |at| {
+                            let node = self.at(here, at)?;
+                            Some((self.rest_of_force(&node, follower, side)?.0, node))
+                        })
+                    };
+                    return left.and_then(|node| self.leave(&node, follower, side)).ok_or(lost);
+                }
             }
         }
-        let hopped = BEHIND.iter().find_map(|part| {
-            let target = last.place.fraction + (high - low + part) * last.slope();
-            let target = beyond(target).unwrap_or(target);
-            self.arrive(&last, target, follower)
-        });
-        hopped.ok_or(End::Plate { tube: follower + 2 })
+        Ok(if next.stage.layout.edges.is_empty() { next } else { self.remeshed(next) })
+    }
+
+    /// By how much the force on a follower that stands at the plate exceeds, towards one side, what holds it there: its
+    /// tension at Δa = 0⁺ or 0⁻. With it the equilibrium on that side at this tension.
+    fn rest_of_force(&mut self, node: &Node, follower: usize, side: Side) -> Option<(f64, Equilibrium)> {
+        let mut found = node.point.equilibrium.clone();
+        let mut command = found.command.clone();
+        let told = command.actuators[follower].push_pull.value();
+        if side == Side::Outside {
+            return Some((told - node.place.point.efforts.tension[follower], found));
+        }
+        for (f, actuator) in command.actuators.iter_mut().enumerate() {
+            if node.stage.standing >> f & 1 == 1 {
+                let motion = if f == follower { -BEHIND[0] * self.solver.robot.length() } else { 0.0 };
+                actuator.push_pull = Drive::Motion(motion);
+            }
+        }
+        settle(self.solver.robot, self.solver.workspace, &command, &self.tracing.settings, &mut found);
+        found.status.is_equilibrium().then(|| (found.actuators[follower].tension - told, found))
+    }
+
+    /// The first node of a follower that leaves the plate to a side.
+    fn leave(&mut self, node: &Node, follower: usize, side: Side) -> Option<Node> {
+        let (_, mut found) = self.rest_of_force(node, follower, side)?;
+        found.drives[follower].push_pull = node.point.equilibrium.command.actuators[follower].push_pull;
+        let standing = node.stage.standing & !(1 << follower);
+        let mut row = vec![0.0; self.solver.size_of(&found)];
+        let last = row.len() - 1;
+        row[last] = 1.0;
+        let stage = Stage { layout: found.layout, standing };
+        let place = Place { point: found.point, fraction: node.place.fraction };
+        let mut first = self.settled(&stage, place, &row)?;
+        let mut approaches = self.approaches(&first).into_iter();
+        if approaches.any(|a| a.follower == follower && a.meeting == Meeting::Plate && a.rate < 0.0) {
+            first.turn();
+        }
+        first.point.kind = PointKind::Edge { tube: follower + 2 };
+        Some(first)
     }
 
     /// On finer or coarser elements, where an edge has moved so far that the solver would choose others.
@@ -188,30 +317,5 @@ impl Tracer<'_> {
             }
             _ => node,
         }
-    }
-
-    /// Where no step leads on: an edge may have met a fixed joint (a load) or another edge. Tries behind it.
-    pub(super) fn leap(&mut self, here: &Node) -> Result<Node, End> {
-        let layout = Arc::clone(&here.stage.layout);
-        let u = &here.place.point.coordinates;
-        let length = self.solver.robot.length();
-        let squeezed = layout.elements.iter().find(|e| {
-            let [a, b] = [e.start, e.end].map(|joint| Layout::label(joint, u).0);
-            b - a <= 10.0 * NEAR * length
-        });
-        let edge = squeezed.and_then(|e| {
-            [e.start, e.end].into_iter().find_map(|joint| match joint {
-                Joint::Edge { follower, .. } => Some(follower - 1),
-                Joint::Fixed(_) => None,
-            })
-        });
-        let Some(follower) = edge else { return Err(End::Step) };
-        BEHIND
-            .iter()
-            .find_map(|part| {
-                let target = here.place.fraction + part * here.slope().signum();
-                self.arrive(here, beyond(target).unwrap_or(target), follower)
-            })
-            .ok_or(End::Plate { tube: follower + 2 })
     }
 }

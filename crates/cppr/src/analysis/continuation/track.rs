@@ -1,7 +1,7 @@
 //! Predictor and corrector with step control.
 
 use super::bordered::{Bordered, Node, Place, Stage, weigh};
-use super::events::{Between, Test};
+use super::events::{Between, SEPARATE, Test};
 use super::plate::Room;
 use super::{End, PathPoint, PointKind, Tracing};
 use crate::dense::dot;
@@ -111,28 +111,21 @@ impl<'a> Tracer<'a> {
             let limit = match self.room(&here) {
                 Room::Free => longest,
                 Room::Within(limit) => limit.min(longest),
-                Room::Edge { follower, distance } => {
-                    let Some(next) = self.hop(&here, follower, distance) else {
-                        return End::Plate { tube: follower + 2 };
-                    };
-                    trail.points.push(next.point.clone());
-                    here = next;
-                    continue;
-                }
+                Room::Edge(approach) => match self.pass(&here, &approach) {
+                    Ok(next) => {
+                        trail.points.push(next.point.clone());
+                        here = next;
+                        continue;
+                    }
+                    Err(end) => return end,
+                },
             };
             step = step.min(limit);
             let tried = self.step(&here, step);
             let Some((next, turns)) = tried else {
                 step *= 0.5;
                 if step < shortest {
-                    match self.leap(&here) {
-                        Ok(next) => {
-                            trail.points.push(next.point.clone());
-                            here = next;
-                            step = 0.25 * longest;
-                        }
-                        Err(end) => return end,
-                    }
+                    return End::Step;
                 }
                 continue;
             };
@@ -140,11 +133,13 @@ impl<'a> Tracer<'a> {
             let distance = self.solver.offset(&here.place, &next.place, &row);
             match self.between(&here, &next, distance) {
                 Between::Nothing => {}
-                Between::Several => {
+                Between::One(test) if self.mark(&here, &next, distance, test, trail) => {}
+                // Too close together to go on, and too close to matter.
+                _ if distance <= SEPARATE => {}
+                _ => {
                     step = 0.5 * distance;
                     continue;
                 }
-                Between::One(test) => self.mark(&here, &next, distance, test, trail),
             }
             if let Some(left) = left(self.solver.robot.length(), &next) {
                 return left;
@@ -166,14 +161,14 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Adds the event between two nodes to the trail.
-    fn mark(&mut self, here: &Node, next: &Node, distance: f64, test: Test, trail: &mut Trail) {
-        let Some(mut node) = self.locate(here, next, distance, test) else { return };
+    /// Adds the event between two nodes to the trail; false where it cannot be located.
+    fn mark(&mut self, here: &Node, next: &Node, distance: f64, test: Test, trail: &mut Trail) -> bool {
+        let Some(mut node) = self.locate(here, next, distance, test) else { return false };
         let multiplicity = match test {
             Test::Fold => {
-                node.point.kind = PointKind::Fold;
+                node.mark(PointKind::Fold, here, next);
                 trail.points.push(node.point);
-                return;
+                return true;
             }
             Test::Eigenvalue(_, count) => count,
             Test::Determinant => 1,
@@ -181,14 +176,17 @@ impl<'a> Tracer<'a> {
         if matches!(test, Test::Eigenvalue(..)) && !self.conservative {
             let row = weigh(&here.stage, &here.tangent);
             let near = self.solver.offset(&here.place, &node.place, &row);
-            let Some(exact) = self.singular(here, near) else { return };
+            // Where only the symmetric part is singular, nothing branches off.
+            let Some(exact) = self.singular(here, near) else { return true };
             node = exact;
         }
-        if let Some((mut node, directions)) = self.crossing(node, here, next, multiplicity) {
-            node.point.kind = PointKind::BranchPoint { multiplicity };
-            trail.points.push(node.point.clone());
-            trail.crossings.push((trail.points.len() - 1, node, directions));
-        }
+        let Some((mut node, directions)) = self.crossing(node, here, next, multiplicity) else {
+            return false;
+        };
+        node.mark(PointKind::BranchPoint { multiplicity }, here, next);
+        trail.points.push(node.point.clone());
+        trail.crossings.push((trail.points.len() - 1, node, directions));
+        true
     }
 
     /// Does the first node lie between two later ones?

@@ -1,0 +1,313 @@
+//! `cppr continue`: a path of equilibria along one actuator, the loads or a whole command.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::continuation_figure::draw;
+use crate::figure;
+use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::quantity::{Kind, scalar};
+use crate::table::{millimetres, plain};
+use cppr::analysis::continuation::{
+    Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing, trace,
+};
+use cppr::analysis::{Freedom, Input};
+use cppr::design::Robot;
+use cppr::solve::{Command, Drive, Workspace};
+use cppr_io::continuation::ContinuationRecord;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr continue robots/r3.toml --along pull --to 20mm --plot r3-path.svg
+  cppr continue robots/r1.toml --along pull --from -7mm --to 7mm
+  cppr continue robots/childs3.toml --along rotate=3 --to 180deg --pull 2=1mm
+  cppr continue robots/r1.toml --along tension --to -3N --csv path.csv
+  cppr continue robots/r1.toml --along load --to 1.5 --tip-force -1,0,0N --branches --plot buckling.svg
+  cppr continue robots/r4.toml --along command --to 1 --pull -4mm --tip-force 0,0.1,0.1N --json -
+
+The path begins at the equilibrium of the other options, with the varied one at --from. Without --from it begins
+at the value that the same option gives (--pull 2mm --along pull), or at 0. Steps are measured along the path, not along the
+parameter, which may turn back: a fold, where the robot snaps. At a branch point it may leave into another shape.
+Exit codes: 0 traced (the table says how far), 2 wrong input, 3 no equilibrium to begin with.";
+
+/// What varies along the path.
+#[derive(Clone, Copy)]
+enum Along {
+    Actuator { tube: usize, freedom: Freedom, is_motion: bool },
+    Load,
+    Command,
+}
+
+fn along(text: &str) -> Result<Along, String> {
+    let (name, tube) = match text.split_once('=') {
+        None => (text, None),
+        Some((name, number)) => match number.trim().parse::<usize>() {
+            Ok(tube) if tube >= 2 => (name, Some(tube)),
+            _ => return Err(format!("{number} is no follower: write for instance {name}=2")),
+        },
+    };
+    let (freedom, is_motion) = match name {
+        "pull" => (Freedom::PushPull, true),
+        "rotate" => (Freedom::Rotation, true),
+        "tension" => (Freedom::PushPull, false),
+        "torque" => (Freedom::Rotation, false),
+        "load" | "command" if tube.is_some() => {
+            return Err(format!("{name} takes everything at once: write it without a number"));
+        }
+        "load" => return Ok(Along::Load),
+        "command" => return Ok(Along::Command),
+        _ => return Err("write pull, rotate, tension, torque (with =K for tube K), load or command".into()),
+    };
+    Ok(Along::Actuator { tube: tube.unwrap_or(2), freedom, is_motion })
+}
+
+/// Arguments of `cppr continue`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    /// What varies: pull, rotate, tension or torque of tube 2 or K, the factor of all loads, or of the whole command
+    #[arg(long, value_name = "WHAT[=K]", value_parser = along)]
+    along: Along,
+    /// Where the path ends: a length, an angle, a force, a moment or, for load and command, a factor
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    to: String,
+    /// Where it begins
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// Follow the branches that leave at branch points too, and those that leave them, DEPTH times
+    #[arg(long, value_name = "DEPTH", num_args = 0..=1, require_equals = true, default_value_t = 0, default_missing_value = "1", value_parser = clap::value_parser!(u8).range(0..=8))]
+    branches: u8,
+    /// Longest step, as a part of the path
+    #[arg(long, value_name = "PART", default_value_t = 0.05, value_parser = part)]
+    step: f64,
+    /// Most points of one branch
+    #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    points: u32,
+    #[command(flatten)]
+    command: CommandArgs,
+    /// Write all points, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write all points as a table, - for standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw effort against motion, or the factor against the tip's deflection, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(part) if (1e-5..=0.5).contains(&part) => Ok(part),
+        _ => Err("write a part of the path between 0.00001 and 0.5, for instance 0.02".into()),
+    }
+}
+
+/// Traces, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
+    output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
+    let (_, robot) = read_robot(&args.robot)?;
+    let family = family(args, args.command.command(&robot)?).map_err(Failure::Input)?;
+    let tracing = Tracing {
+        settings: args.command.settings(),
+        step: args.step,
+        points: args.points as usize,
+        depth: usize::from(args.branches),
+        ..Tracing::default()
+    };
+    let branches = trace(&robot, &mut Workspace::new(), &family, &tracing)
+        .map_err(|problem| Failure::Input(problem.to_string()))?;
+    if let [Branch { end: end @ End::NoStart(status), .. }] = &branches[..] {
+        return Err(Failure::NoEquilibrium(format!(
+            "{}: the path {end}. At its beginning: {status}",
+            robot.design().name
+        )));
+    }
+    let record = ContinuationRecord::new(&robot, &family, &tracing.settings, &branches);
+    if let Some(path) = json {
+        let text = record.to_json().map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
+        write_or_print(path, &text)?;
+    }
+    if let Some(path) = csv {
+        write_or_print(path, &record.to_csv())?;
+    }
+    if let (Some(path), Some(format)) = (&args.plot, plot) {
+        figure::write(path, format, &draw(&robot, &family, &branches))?;
+    }
+    let text = table(&robot, &family, &branches);
+    if [json, csv].into_iter().flatten().any(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
+}
+
+/// The commands of the path.
+fn family(args: &Args, mut command: Command) -> Result<Family, String> {
+    let value = |option: &str, text: &str, kind: Option<Kind>| match kind {
+        Some(kind) => scalar(text, kind).map_err(|e| format!("{option}: {e}")),
+        None => match text.parse::<f64>() {
+            Ok(factor) if factor.abs() <= 1e9 => Ok(factor),
+            _ => Err(format!("{option}: {text} is no factor: write a plain number, for instance 2.5")),
+        },
+    };
+    let both = |kind: Option<Kind>| -> Result<(Option<f64>, f64), String> {
+        let from = args.from.as_deref().map(|text| value("--from", text, kind)).transpose()?;
+        Ok((from, value("--to", &args.to, kind)?))
+    };
+    let said = |problem: FamilyProblem| problem.to_string();
+    match args.along {
+        Along::Actuator { tube, freedom, is_motion } => {
+            let kind = match (freedom, is_motion) {
+                (Freedom::PushPull, true) => Kind::Length,
+                (Freedom::PushPull, false) => Kind::Force,
+                (Freedom::Rotation, true) => Kind::Angle,
+                (Freedom::Rotation, false) => Kind::Moment,
+            };
+            let (from, to) = both(Some(kind))?;
+            let tubes = command.actuators.len() + 1;
+            let actuator = command
+                .actuators
+                .get_mut(tube - 2)
+                .ok_or_else(|| format!("--along: {}", FamilyProblem::NoSuchTube { tube, tubes }))?;
+            let drive = match freedom {
+                Freedom::PushPull => &mut actuator.push_pull,
+                Freedom::Rotation => &mut actuator.rotation,
+            };
+            let make = if is_motion { Drive::Motion } else { Drive::Effort };
+            let given = match (*drive, is_motion) {
+                (Drive::Motion(value), true) | (Drive::Effort(value), false) => value,
+                // What is not said is held where it is at rest.
+                (Drive::Motion(value), false) if value.abs() <= 0.0 => 0.0,
+                _ => {
+                    return Err(format!(
+                        "--along: tube {tube} is driven by motion and by effort; choose one"
+                    ));
+                }
+            };
+            *drive = make(from.unwrap_or(given));
+            Family::actuator(command, tube, freedom, to).map_err(said)
+        }
+        Along::Load => {
+            let (from, to) = both(None)?;
+            if command.loads.is_empty() {
+                return Err("--along load: there is no load; add for instance --tip-force".into());
+            }
+            Family::load(command, from.unwrap_or(0.0), to).map_err(said)
+        }
+        Along::Command => {
+            let (from, to) = both(None)?;
+            Family::between(command.scaled(from.unwrap_or(0.0)), command.scaled(to)).map_err(said)
+        }
+    }
+}
+
+/// How a quantity is shown.
+pub struct Shown {
+    /// Symbol and tube.
+    pub symbol: String,
+    /// In words.
+    pub words: &'static str,
+    /// Unit; empty for a factor.
+    pub unit: &'static str,
+    /// Units per SI unit.
+    pub scale: f64,
+}
+
+impl Shown {
+    fn actuator(tube: usize, freedom: Freedom, is_motion: bool) -> Self {
+        let (letter, words, unit, scale) = match (freedom, is_motion) {
+            (Freedom::PushPull, true) => ("Δa", "pull", "mm", 1e3),
+            (Freedom::PushPull, false) => ("T", "tension", "N", 1.0),
+            (Freedom::Rotation, true) => ("Ω", "rotation", "deg", 180.0 / std::f64::consts::PI),
+            (Freedom::Rotation, false) => ("Υ", "torque", "N mm", 1e3),
+        };
+        Self { symbol: format!("{letter}_{tube}"), words, unit, scale }
+    }
+
+    /// The parameter.
+    pub fn parameter(parameter: Parameter) -> Self {
+        let factor = |words: &'static str| Self { symbol: words.to_string(), words, unit: "", scale: 1.0 };
+        match parameter {
+            Parameter::Actuator(Input { tube, freedom, is_motion }) => {
+                Self::actuator(tube, freedom, is_motion)
+            }
+            Parameter::LoadFactor => factor("load factor"),
+            Parameter::Fraction => factor("command"),
+        }
+    }
+
+    /// What answers an actuator.
+    pub fn conjugate(parameter: Parameter) -> Option<Self> {
+        let Parameter::Actuator(Input { tube, freedom, is_motion }) = parameter else { return None };
+        Some(Self::actuator(tube, freedom, !is_motion))
+    }
+
+    fn heading(&self) -> String {
+        if self.unit.is_empty() { self.symbol.clone() } else { format!("{} ({})", self.symbol, self.unit) }
+    }
+}
+
+/// Beginning, special points and end of every branch.
+fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
+    let (parameter, conjugate) = (Shown::parameter(family.parameter()), Shown::conjugate(family.parameter()));
+    let effort = conjugate.as_ref().map_or(String::new(), |c| format!("{:>13}", c.heading()));
+    let mut text = format!(
+        "{}: {} tubes, {} mm\n",
+        robot.design().name,
+        robot.tube_count(),
+        millimetres(robot.length())
+    );
+    let _ = writeln!(
+        text,
+        "  branch  point         {:>13}{effort}   {:^32}{:>9}  stability",
+        parameter.heading(),
+        "tip (mm)",
+        "margin"
+    );
+    for (number, branch) in branches.iter().enumerate() {
+        let last = branch.points.len().saturating_sub(1);
+        for (i, point) in branch.points.iter().enumerate() {
+            let what = match point.kind {
+                _ if i == 0 => "start".into(),
+                PointKind::Fold => "fold".into(),
+                PointKind::BranchPoint { multiplicity: 1 } => "branch point".into(),
+                PointKind::BranchPoint { multiplicity } => format!("branch point×{multiplicity}"),
+                PointKind::Edge { tube } => format!("edge of tube {tube}"),
+                PointKind::Regular if i == last => "end".into(),
+                PointKind::Regular => continue,
+            };
+            let value = |x: f64, digits| format!("{:>13}", plain(x, digits));
+            let effort = conjugate.as_ref().map_or(String::new(), |c| {
+                let conjugate = family.parameter().conjugate(&point.equilibrium.actuators);
+                value(conjugate.unwrap_or(0.0) * c.scale, 5)
+            });
+            let tip = <[f64; 3]>::from(point.tip).map(|x| format!("{:>11}", plain(x * 1e3, 3))).join("");
+            let _ = writeln!(
+                text,
+                "  {:>6}  {what:<14}{}{effort}{tip}  {}  {}",
+                number + 1,
+                value(point.parameter * parameter.scale, 5),
+                point.margin.map_or("        -".into(), |m| format!("{:>9}", plain(m, 5))),
+                stability(point),
+            );
+        }
+        let from = branch.origin.map_or(String::new(), |o| format!(", leaves branch {}", o.branch + 1));
+        let _ = writeln!(text, "          {} points{from}, {}", branch.points.len(), branch.end);
+    }
+    text
+}
+
+fn stability(point: &PathPoint) -> String {
+    match point.inertia {
+        None => "not known".into(),
+        Some(0) => "stable".into(),
+        Some(n) => format!("unstable, {n}"),
+    }
+}
