@@ -47,6 +47,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let format = args.plot.as_deref().map(figure::format).transpose()?;
     check(&args.data, &[("--plot", args.plot.as_deref()), ("--json", args.json.as_deref())])?;
+    if let Some(folder) = &args.output {
+        place(folder, &args.robots)?;
+    }
     let list = args.fit.iter().map(|name| Parameter::parse(name.trim())).collect::<Result<Vec<_>, _>>();
     let list = list.map_err(|e| Failure::Input(format!("--fit: {e}")))?;
     let mut designs = Vec::new();
@@ -84,16 +87,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     print(&table(&found))
 }
 
+/// Refuses, before anything is fitted, a folder that is none and one in which the robots themselves lie.
+fn place(folder: &Path, robots: &[PathBuf]) -> Result<(), Failure> {
+    let refuse = |what: String| Err(Failure::Input(format!("--output {}: {what}", folder.display())));
+    if folder.exists() && !folder.is_dir() {
+        return refuse("this is no folder; give another name".into());
+    }
+    for (i, robot) in robots.iter().enumerate() {
+        if robots[..i].iter().any(|other| other.file_name() == robot.file_name()) {
+            return refuse(format!("two robots would be written as {}; rename one", robot.display()));
+        }
+        let own = robot.file_name().and_then(|name| fs::canonicalize(folder.join(name)).ok());
+        if own.is_some() && own == fs::canonicalize(robot).ok() {
+            return refuse(format!("{} would be overwritten; give another folder", robot.display()));
+        }
+    }
+    Ok(())
+}
+
 fn put(robot: &Path, folder: &Path, found: &Fit) -> Result<(), Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::Input(format!("{}: {e}", robot.display()));
     let text = fs::read_to_string(robot).map_err(|e| failed(&e))?;
     let fitted = fitted_file(&text, &found.estimates).map_err(|e| failed(&e))?;
     let name = robot.file_name().ok_or_else(|| failed(&"is no file"))?;
-    let target = folder.join(name);
-    if fs::canonicalize(&target).ok().is_some_and(|t| fs::canonicalize(robot).is_ok_and(|r| r == t)) {
-        return Err(failed(&"would be overwritten; give another --output folder"));
-    }
-    write(&target, fitted.as_bytes())
+    write(&folder.join(name), fitted.as_bytes())
 }
 
 fn table(found: &Fit) -> String {

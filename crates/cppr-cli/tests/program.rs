@@ -493,6 +493,15 @@ fn calibrate_tells_what_the_data_cannot_see() {
 }
 
 #[test]
+fn calibrate_never_writes_over_a_robot() {
+    let fit =
+        ["calibrate", "robots/r1.toml", "--data", "examples/calibration/r1.csv", "--fit", "youngs_modulus"];
+    refused(&[&fit[..], &["--output", "robots"]].concat(), "would be overwritten; give another folder");
+    refused(&[&fit[..], &["--output", "robots/r2.toml"]].concat(), "this is no folder");
+    refused(&[&fit[..], &["robots/../robots/r1.toml", "--output", "x"]].concat(), "rename one");
+}
+
+#[test]
 fn paper_writes_a_folder_whole_or_refuses_it() {
     let folder = tempfile::tempdir().unwrap();
     let paper = ["paper", "--only", "table1", "--only", "figure07", "--output", "report"];
