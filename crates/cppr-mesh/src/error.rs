@@ -29,7 +29,7 @@ pub enum MeshError {
         /// The largest one (m).
         coarsest: f64,
     },
-    /// Sections would be no distance apart, or circles would have fewer than six corners.
+    /// Sections would be no distance apart, or circles would have too few corners, or too many.
     Step {
         /// Distance of sections (m).
         step: f64,
@@ -47,6 +47,18 @@ pub enum MeshError {
         radius: f64,
         /// The tube's largest radius (m).
         least: f64,
+    },
+    /// Only round tubes are unrolled.
+    NotRound {
+        /// The tube.
+        tube: usize,
+    },
+    /// The tool is wider than the notch.
+    Kerf {
+        /// The notch, from 1 at the lower end.
+        notch: usize,
+        /// Width of the cut (m).
+        kerf: f64,
     },
     /// A length is negative, zero, not a number, or absurd.
     Length {
@@ -88,7 +100,7 @@ impl fmt::Display for MeshError {
             ),
             Self::Step { step, turn } => write!(
                 f,
-                "sections {} mm apart with chords over {turn} rad make no surface: steps must be positive, chords below 1 rad",
+                "sections {} mm apart with chords over {turn} rad make no surface: write a positive step and 0.001 to 1 rad",
                 mm(step)
             ),
             Self::TooFine { triangles } => {
@@ -100,6 +112,15 @@ impl fmt::Display for MeshError {
                 mm(radius),
                 mm(least)
             ),
+            Self::NotRound { tube } => {
+                write!(
+                    f,
+                    "tube {tube} is a polygon, and only round tubes are unrolled; export its body instead"
+                )
+            }
+            Self::Kerf { notch, kerf } => {
+                write!(f, "notch {notch} is narrower than a kerf of {} mm; take a finer tool", mm(kerf))
+            }
             Self::Length { quantity, value } => write!(
                 f,
                 "{quantity} is {} mm; write a length between {} mm and {} mm",

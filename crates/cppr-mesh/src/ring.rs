@@ -17,6 +17,11 @@ const SNAP_POLYGON: f64 = 1e-5;
 /// The same as a share of the step, where only circles are sampled.
 const SNAP_ROUND: f64 = 0.25;
 
+/// The places that divide a unit into equal parts.
+pub(crate) fn fractions(parts: f64) -> impl Iterator<Item = f64> {
+    (1_u32..).map(f64::from).take_while(move |k| *k < parts).map(move |k| k / parts)
+}
+
 /// Contours of a tube and the angles at which all are sampled.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampling {
@@ -42,11 +47,7 @@ impl Sampling {
         if round {
             // Quarter turns are among the angles.
             let half = 2.0 * (0.5 * PI * (1.0 + SNAP_ROUND) / step).ceil().max(2.0);
-            let mut k = 1.0;
-            while k < half {
-                angles.push(PI * k / half);
-                k += 1.0;
-            }
+            angles.extend(fractions(half).map(|share| PI * share));
         }
         angles.extend(corners.iter().copied().filter(|a| *a > 0.0));
         angles.sort_by(f64::total_cmp);

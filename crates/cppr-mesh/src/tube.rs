@@ -10,7 +10,7 @@ use crate::body::{Body, Whole};
 use crate::contour::Contour;
 use crate::error::MeshError;
 use crate::mesh::Mesh;
-use crate::ring::{Cut, Sampling};
+use crate::ring::{Cut, Sampling, fractions};
 use cppr::design::{BelowPlate, NotchedTube, Outline, TubeDesign};
 use cppr_io::{NotchPattern, RobotFile};
 
@@ -172,13 +172,7 @@ impl<'a> TubeBody<'a> {
     fn between(&self, [from, to]: Span, change: f64) -> Vec<f64> {
         let turned = self.turned(from, to).max(change);
         let parts = ((to - from) / self.options.detail.step).max(turned / self.sampling.step).ceil();
-        let mut inside = Vec::new();
-        let mut part = 1.0;
-        while part < parts {
-            inside.push(from + (to - from) * part / parts);
-            part += 1.0;
-        }
-        inside
+        fractions(parts).map(|share| from + (to - from) * share).collect()
     }
 
     /// Angle that counts for the floor of a notch, which winds: its facets, up to a radius wide, lie within a quarter of
@@ -189,7 +183,7 @@ impl<'a> TubeBody<'a> {
     }
 
     /// The same for a notch, whose outline may curve.
-    fn inside(&self, [from, to]: Span) -> Vec<f64> {
+    pub fn inside(&self, [from, to]: Span) -> Vec<f64> {
         let mut inside = Vec::new();
         let mut start = from;
         for end in self.between([from, to], self.wound(from, to)).into_iter().chain([to]) {
@@ -241,13 +235,26 @@ impl<'a> TubeBody<'a> {
         lower
     }
 
+    pub fn outer(&self) -> &Contour {
+        &self.sampling.outer
+    }
+
+    pub fn bore(&self) -> &Contour {
+        &self.sampling.bore
+    }
+
+    /// Area of the section in a notch at x (m²).
+    pub fn area(&self, x: f64) -> f64 {
+        self.design.outline.inertia(self.depth(x)).map_or(f64::NAN, |i| i.area)
+    }
+
     fn tube(&self) -> [&Contour; 2] {
         [&self.sampling.outer, &self.sampling.bore]
     }
 
     fn build(&self) -> Mesh {
         let mut body = Body::default();
-        let mut x = -self.options.below;
+        let mut x = 0.0 - self.options.below;
         let mut cut = self.notches.first().map_or_else(|| self.sampling.cut(0.0), |notch| self.cut(notch[0]));
         let mut lower = self.lower_end(&mut body, x, &cut);
         for &[from, to] in &self.notches {
@@ -315,9 +322,9 @@ impl<'a> TubeBody<'a> {
     /// ∫A dx by Simpson's rule over each notch.
     fn volume(&self) -> f64 {
         const PARTS: u32 = 64;
-        let area = |depth: f64| self.design.outline.inertia(depth).map_or(f64::NAN, |i| i.area);
         let TubeOptions { below, flange, tip_cap, .. } = self.options;
-        let whole = area(0.0);
+        let [solid, bore] = self.tube().map(Contour::area);
+        let whole = solid - bore;
         let mut volume = (below + self.length) * whole;
         for &[from, to] in &self.notches {
             let sum: f64 = (0..=PARTS)
@@ -327,13 +334,11 @@ impl<'a> TubeBody<'a> {
                         i if i % 2 == 1 => 4.0,
                         _ => 2.0,
                     };
-                    weight * (area(self.depth(from + (to - from) * f64::from(i) / f64::from(PARTS))) - whole)
+                    weight * (self.area(from + (to - from) * f64::from(i) / f64::from(PARTS)) - whole)
                 })
                 .sum();
             volume += sum * (to - from) / f64::from(3 * PARTS);
         }
-        let solid = self.sampling.outer.area();
-        let bore = self.sampling.bore.area();
         volume
             + flange.map_or(0.0, |f| f.thickness * (std::f64::consts::PI * f.radius * f.radius - bore))
             + tip_cap.map_or(0.0, |thickness| thickness * solid)
@@ -374,7 +379,7 @@ fn check(options: &TubeOptions, outer: &Contour) -> Result<(), MeshError> {
     if !(chord >= MeshError::FINEST && chord <= coarsest) {
         return Err(MeshError::Tolerance { tolerance: chord, coarsest });
     }
-    if !(step > 0.0 && turn > 0.0 && turn < 1.0) {
+    if !(step > 0.0 && (1e-3..=1.0).contains(&turn)) {
         return Err(MeshError::Step { step, turn });
     }
     if let Some(Flange { radius, .. }) = options.flange

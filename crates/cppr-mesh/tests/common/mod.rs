@@ -1,4 +1,6 @@
 //! Robots for tests, written as robot files.
+// Not every test file needs both.
+#![allow(dead_code)]
 
 use cppr_io::RobotFile;
 use std::path::Path;
