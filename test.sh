@@ -14,5 +14,6 @@ cargo clippy --workspace --all-targets --release --quiet -- -D warnings ||
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet ||
     fail "the documentation of the library has errors: see above"
 cargo test --workspace --release "$@" || fail "tests failed: see above"
+crates/cppr-mesh/test.sh || fail "exported files do not pass other readers: see above"
 crates/cppr-py/test.sh || fail "tests of the Python package failed: see above"
 echo "all tests passed"

@@ -16,3 +16,11 @@ for name in figure14-r4-consistent figure14-r4-printed figure20-star figure25 di
     cp "$report/report/$name.svg" $figures/
 done
 rm -r "$report"
+[ -x .venv/bin/pip ] || python3 -m venv .venv
+.venv/bin/pip install --quiet pyvista==0.49.1
+files=$(mktemp -d)
+cppr export robots/r1.toml --tube 1 --output "$files/1.stl"
+cppr export robots/r1.toml --tube 2 --output "$files/2.stl"
+cppr export robots/r1.toml --pull 5mm --output "$files/bent.glb"
+.venv/bin/python crates/cppr-mesh/picture.py "$files/1.stl" "$files/2.stl" "$files/bent.glb" $figures/export.png
+rm -r "$files"

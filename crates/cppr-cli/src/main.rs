@@ -8,6 +8,7 @@ mod cloud;
 mod command;
 mod continuation;
 mod continuation_figure;
+mod export;
 mod figure;
 mod limits;
 mod output;
@@ -62,6 +63,9 @@ enum Task {
     /// Fits parameters of robots to measured shapes.
     #[command(after_help = calibrate::EXAMPLES)]
     Calibrate(calibrate::Args),
+    /// Tubes as files for printing, cutting and display.
+    #[command(after_help = export::EXAMPLES)]
+    Export(Box<export::Args>),
     /// Everything that Tummers et al. 2024 compute, in both formulations, as one report.
     #[command(after_help = paper::EXAMPLES)]
     Paper(paper::Args),
@@ -86,6 +90,7 @@ fn main() -> ExitCode {
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),
+        Task::Export(args) => export::run(&args),
         Task::Paper(args) => paper::run(&args),
     };
     match result {

@@ -47,7 +47,9 @@ fn json(arguments: &[&str]) -> Value {
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in ["solve", "limits", "continue", "sweep", "section", "check", "calibrate", "paper", ""] {
+    for task in
+        ["solve", "limits", "continue", "sweep", "section", "check", "calibrate", "export", "paper", ""]
+    {
         let help = text(
             &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
                 .stdout,
@@ -80,6 +82,7 @@ fn every_command_of_the_documentation_works() {
         "docs/src/limits.md",
         "docs/src/continuation.md",
         "docs/src/sweeps.md",
+        "docs/src/export.md",
         "docs/src/calibration.md",
         "docs/src/paper.md",
     ] {
@@ -525,4 +528,55 @@ fn paper_writes_a_folder_whole_or_refuses_it() {
     let left = std::fs::read_dir(folder.path()).unwrap().map(Result::unwrap).filter(hidden).count();
     assert_eq!(left, 0, "a folder on the way was left behind");
     refused(&["paper", "--only", "figure99", "--output", "x"], "there is no page figure99");
+}
+
+#[test]
+fn export_says_what_it_wrote_and_refuses_what_it_cannot() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = |extra: &[&str]| cppr_in(folder.path(), &[&["export", "robots/r1.toml"], extra].concat());
+    let table = text(&export(&["--tube", "1", "--output", "one.stl"]).stdout);
+    for part in ["R1, tube 1, at rest", "closed", "150.000 × 6.000 × 6.000 mm", "1409.967 mm³", "one.stl"]
+    {
+        assert!(table.contains(part), "{part} is missing in\n{table}");
+    }
+    assert_eq!(std::fs::metadata(folder.path().join("one.stl")).unwrap().len(), 84 + 50 * 20668);
+    let pattern = text(&export(&["--tube", "1", "--output", "one.dxf"]).stdout);
+    assert!(pattern.contains("4.2053 mm²"), "{pattern}");
+    // A format that the ending does not say, and a file that is there already.
+    assert!(export(&["--pull", "3mm", "--format", "glb", "--output", "one.stl.bin"]).status.success());
+    assert!(export(&["--tube", "2", "--format", "stl", "--output", "one.stl.bin"]).status.success());
+    assert_eq!(export(&["--tension", "1e6N", "--output", "none.glb"]).status.code(), Some(3));
+    assert!(!folder.path().join("none.glb").exists());
+
+    let no = |extra: &[&'static str], fragment: &str| {
+        refused(&[&["export", "robots/r1.toml"], extra].concat(), fragment);
+    };
+    no(&["--tube", "9", "--output", "x.stl"], "there is no tube 9; this robot has 1 to 2");
+    no(&["--tube", "0", "--output", "x.stl"], "there is no tube 0");
+    no(&["--tube", "1", "--output", "x.step"], "the ending says no known format; choose among .stl");
+    no(&["--tube", "1", "--output", "x"], "add --format");
+    no(&["--tube", "1", "--format", "stl", "--output", "x.obj"], "contradict each other");
+    no(&["--tube", "1", "--output", "robots"], "known format");
+    no(&["--tube", "1", "--format", "stl", "--output", "robots"], "this is a folder");
+    no(&["--tube", "1", "--output", "no/such/x.stl"], "there is no folder");
+    no(&["--tube", "1", "--output", "-"], "goes into a file");
+    no(&["--tube", "1", "--format", "stl", "--output", "robots/r1.toml"], "would overwrite the robot");
+    no(&["--tube", "1", "--pull", "5mm", "--output", "x.stl"], "cannot be used with");
+    no(&["--output", "x.dxf"], "add --tube 1");
+    no(&["--tip-cap", "1mm", "--output", "x.stl"], "--tube");
+    no(&["--tube", "1", "--kerf", "20um", "--output", "x.stl"], "--kerf is for cut patterns");
+    no(&["--tube", "1", "--kerf", "6mm", "--output", "x.dxf"], "narrower than a kerf");
+    no(&["--tube", "1", "--tip-cap", "1mm", "--output", "x.dxf"], "are no cuts");
+    no(&["--tube", "1", "--flange", "8mm", "--output", "x.stl"], "radius and thickness");
+    no(&["--tube", "1", "--flange", "2mm,1mm", "--output", "x.stl"], "lies inside the tube");
+    for tolerance in ["0mm", "10m", "1e-9mm"] {
+        no(&["--tube", "1", "--tolerance", tolerance, "--output", "x.stl"], "a tolerance of");
+    }
+    no(&["--pull", "5mm", "--tolerance", "0mm", "--output", "x.glb"], "a tolerance of");
+    no(&["--pull", "5mm", "--below", "-20mm", "--output", "x.glb"], "the length below the plate is -20 mm");
+    no(&["--tube", "1", "--below", "-20mm", "--output", "x.stl"], "the length below the plate is -20 mm");
+    no(&["--tube", "1", "--tolerance", "0.01", "--output", "x.stl"], "0.01 has no unit");
+    refused(&["export", "robots/childs2.toml", "--output", "x.glb"], "by its stiffness, which has no shape");
+    refused(&["export", "robots/childs2.toml", "--tube", "1", "--output", "x.dxf"], "by its stiffness");
+    assert!(!root().join("x.stl").exists() && !root().join("x.glb").exists());
 }

@@ -1,0 +1,282 @@
+//! `cppr export`: tubes as files for printing, cutting and display.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::output::{self, is_stdout, print};
+use crate::quantity::{Kind, scalar};
+use cppr::analysis::Shape;
+use cppr::design::Robot;
+use cppr::solve::{Workspace, solve};
+use cppr_io::RobotFile;
+use cppr_mesh::{
+    Detail, Flange, Flaws, Part, TubeOptions, UnrolledOptions, bent_tubes, dxf, glb, gltf, obj, stl,
+    three_mf, tube_mesh, tube_volume, unrolled,
+};
+use std::fmt::{Display, Write};
+use std::path::{Path, PathBuf};
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr export robots/r1.toml --tube 1 --output tube1.stl
+  cppr export robots/r1.toml --tube 2 --below 40mm --flange 6mm,2mm --tip-cap 1mm --output tube2.3mf
+  cppr export robots/r3.toml --tube 1 --kerf 20um --output cuts.dxf
+  cppr export robots/r1.toml --pull 5mm --output bent.glb
+  cppr export robots/helicoid.toml --pull 10mm --tip-force 0,0,-0.1N --output bent.obj
+
+STL, OBJ, 3MF and DXF are in mm, glTF in m. Axes: the base frame, X along the robot at rest, Y towards the leader's
+centroid (up in glTF). DXF: the outer surface seen from outside, X along the tube, notches on layer CUT.";
+
+/// Most by which the volume of the mesh of a tube may differ from the integral of its section area.
+const VOLUME: f64 = 1e-3;
+
+/// What a file holds.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Binary STL
+    Stl,
+    /// 3D Manufacturing Format
+    #[value(name = "3mf")]
+    ThreeMf,
+    /// Unrolled cut pattern, with --tube
+    Dxf,
+    /// glTF 2.0, data inside
+    Gltf,
+    /// glTF 2.0, binary
+    Glb,
+    /// Wavefront OBJ
+    Obj,
+}
+
+impl Format {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::ThreeMf => "3mf",
+            Self::Dxf => "dxf",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
+            Self::Obj => "obj",
+        }
+    }
+
+    const ALL: [Self; 6] = [Self::Stl, Self::ThreeMf, Self::Dxf, Self::Gltf, Self::Glb, Self::Obj];
+}
+
+/// Arguments of `cppr export`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    /// This tube alone, at rest, for the workshop. Without it, all tubes where the equilibrium has them
+    #[arg(long, value_name = "K", conflicts_with_all = ["pull", "rotate", "tension", "torque", "relative_angle", "tip_force",
+        "tip_moment", "tip_point", "follower_load", "point_force", "distributed", "gravity", "thread", "formulation",
+        "stretch", "planar", "refine"])]
+    tube: Option<usize>,
+    /// Where to; the ending says the format
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Format, where the ending does not say it
+    #[arg(long)]
+    format: Option<Format>,
+    /// Largest distance between facets and the surface [default: 0.01mm for a tube, 0.02mm for a robot]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = |t: &str| scalar(t, Kind::Length))]
+    tolerance: Option<f64>,
+    /// Length of the tube below the baseplate; without --tube, of the followers [default: 0 for a tube, 20mm for a robot]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = |t: &str| scalar(t, Kind::Length))]
+    below: Option<f64>,
+    /// Flange at the lower end, for instance 8mm,2mm
+    #[arg(long, value_name = "RADIUS,THICKNESS", allow_hyphen_values = true, requires = "tube", value_parser = flange)]
+    flange: Option<Flange>,
+    /// Platform that closes the tip
+    #[arg(long, value_name = "THICKNESS", allow_hyphen_values = true, requires = "tube", value_parser = |t: &str| scalar(t, Kind::Length))]
+    tip_cap: Option<f64>,
+    /// Width that the laser takes away; for DXF
+    #[arg(long, value_name = "WIDTH", allow_hyphen_values = true, requires = "tube", value_parser = |t: &str| scalar(t, Kind::Length))]
+    kerf: Option<f64>,
+    #[command(flatten)]
+    command: CommandArgs,
+}
+
+fn flange(text: &str) -> Result<Flange, String> {
+    let (radius, thickness) =
+        text.split_once(',').ok_or("write radius and thickness, for instance 8mm,2mm".to_string())?;
+    Ok(Flange { radius: scalar(radius, Kind::Length)?, thickness: scalar(thickness, Kind::Length)? })
+}
+
+fn input(problem: impl Display) -> Failure {
+    Failure::Input(problem.to_string())
+}
+
+/// The format, from option and file name.
+fn format(path: &Path, given: Option<Format>) -> Result<Format, Failure> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let said = Format::ALL.into_iter().find(|f| Some(f.name()) == ending.as_deref());
+    match (given, said) {
+        (Some(given), Some(said)) if given != said => Err(input(format!(
+            "--format {} and the ending .{} contradict each other; change one of them",
+            given.name(),
+            said.name()
+        ))),
+        (Some(format), _) | (None, Some(format)) => Ok(format),
+        (None, None) => {
+            let known = Format::ALL.map(|f| format!(".{}", f.name())).join(", ");
+            Err(input(format!(
+                "--output {}: the ending says no known format; choose among {known}, or add --format",
+                path.display()
+            )))
+        }
+    }
+}
+
+/// Makes the file and says what is in it.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if is_stdout(&args.output) {
+        return Err(input("--output -: an export goes into a file; write its name"));
+    }
+    let format = format(&args.output, args.format)?;
+    output::check(&args.robot, &[("--output", Some(&args.output))])?;
+    let (file, robot) = read_robot(&args.robot)?;
+    let (bytes, mut text) = match (args.tube, format) {
+        (Some(tube), Format::Dxf) => cut_pattern(args, &file, tube)?,
+        (None, Format::Dxf) => {
+            return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
+        }
+        (Some(tube), _) => single(args, format, &file, tube)?,
+        (None, _) => assembly(args, format, &file, &robot)?,
+    };
+    if args.kerf.is_some() && format != Format::Dxf {
+        return Err(input("--kerf is for cut patterns: write a .dxf, or leave it away"));
+    }
+    output::write(&args.output, &bytes)?;
+    let _ = writeln!(text, "  written      {}", args.output.display());
+    print(&text)
+}
+
+/// Index of a tube that the user counts from 1.
+fn index(tube: usize, file: &RobotFile) -> Result<usize, Failure> {
+    let count = file.design.tubes.len();
+    tube.checked_sub(1)
+        .filter(|i| *i < count)
+        .ok_or_else(|| input(format!("--tube: there is no tube {tube}; this robot has 1 to {count}")))
+}
+
+fn part(file: &RobotFile, index: usize, mesh: cppr_mesh::Mesh) -> Part {
+    let colour = cppr_plot::tube_stroke(index + 1).colour;
+    Part {
+        name: format!("{}, tube {}", file.design.name, index + 1),
+        mesh,
+        colour: [colour.r, colour.g, colour.b],
+    }
+}
+
+fn encode(format: Format, parts: &[Part]) -> Result<Vec<u8>, Failure> {
+    match format {
+        Format::Stl => stl(parts).map_err(input),
+        Format::ThreeMf => three_mf(parts).map_err(input),
+        Format::Gltf => Ok(gltf(parts).into_bytes()),
+        Format::Glb => Ok(glb(parts)),
+        Format::Obj | Format::Dxf => Ok(obj(parts).into_bytes()),
+    }
+}
+
+/// A body that does not close is not written.
+fn closed(part: &Part) -> Result<(), Failure> {
+    match part.mesh.flaws() {
+        flaws if flaws == Flaws::default() => Ok(()),
+        flaws => Err(input(format!(
+            "{}: the surface is not sound ({flaws:?}); nothing is written. Try another --tolerance",
+            part.name
+        ))),
+    }
+}
+
+fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<(Vec<u8>, String), Failure> {
+    let tube = index(tube, file)?;
+    let options = TubeOptions {
+        detail: Detail::workshop(args.tolerance.unwrap_or(1e-5)),
+        below: args.below.unwrap_or(0.0),
+        flange: args.flange,
+        tip_cap: args.tip_cap,
+    };
+    let mesh = tube_mesh(file, tube, &options).map_err(input)?;
+    let (volume, exact) = (mesh.volume(), tube_volume(file, tube, &options).map_err(input)?);
+    let part = part(file, tube, mesh);
+    closed(&part)?;
+    let off = volume / exact - 1.0;
+    if off.abs() > VOLUME {
+        return Err(input(format!(
+            "the volume of the mesh differs by {:.2} % from that of the design; choose a finer --tolerance",
+            off * 100.0
+        )));
+    }
+    let [low, high] = part.mesh.bounds();
+    let size: Vec<String> = (0..3).map(|i| format!("{:.3}", (high[i] - low[i]) * 1e3)).collect();
+    let mut text = format!("{}, at rest\n", part.name);
+    let _ = writeln!(text, "  triangles    {}, closed", part.mesh.triangles.len());
+    let _ = writeln!(text, "  size         {} mm", size.join(" × "));
+    let _ = writeln!(
+        text,
+        "  volume       {:.3} mm³, {:+.4} % from the integral of the section area",
+        volume * 1e9,
+        off * 100.0
+    );
+    Ok((encode(format, &[part])?, text))
+}
+
+fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<(Vec<u8>, String), Failure> {
+    if args.flange.is_some() || args.tip_cap.is_some() {
+        return Err(input("--flange and --tip-cap are no cuts: leave them away, or write a body"));
+    }
+    let tube = index(tube, file)?;
+    let kerf = args.kerf.unwrap_or(0.0);
+    let options =
+        UnrolledOptions { tolerance: args.tolerance.unwrap_or(1e-5), kerf, below: args.below.unwrap_or(0.0) };
+    let pattern = unrolled(file, tube, &options).map_err(input)?;
+    let [[left, bottom], [right, top]] = pattern.outline;
+    let mut text = format!("{}, tube {}, unrolled\n", file.design.name, tube + 1);
+    let _ = writeln!(text, "  surface      {:.3} × {:.3} mm", (right - left) * 1e3, (top - bottom) * 1e3);
+    let _ = writeln!(text, "  notches      {}, paths {:.4} mm inside", pattern.openings.len(), 500.0 * kerf);
+    if let Some([straight, radial]) = pattern.kept_area {
+        let _ = writeln!(
+            text,
+            "  first notch  leaves {:.4} mm² (design, cut straight across); a beam through the axis leaves {:.4} mm²",
+            straight * 1e6,
+            radial * 1e6
+        );
+    }
+    Ok((dxf(&pattern).map_err(input)?, text))
+}
+
+fn assembly(
+    args: &Args,
+    format: Format,
+    file: &RobotFile,
+    robot: &Robot,
+) -> Result<(Vec<u8>, String), Failure> {
+    let command = args.command.command(robot)?;
+    let mut workspace = Workspace::new();
+    let found = solve(robot, &mut workspace, &command, &args.command.settings()).map_err(input)?;
+    if !found.status.is_equilibrium() {
+        return Err(Failure::NoEquilibrium(format!("{}: {}", file.design.name, found.status)));
+    }
+    args.command.thread_has_direction(&Shape::sampled(robot, &mut workspace, &found, 2))?;
+    let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));
+    let meshes = bent_tubes(file, robot, &mut workspace, &found, tolerance, below).map_err(input)?;
+    let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(file, i, mesh)).collect();
+    parts.iter().try_for_each(closed)?;
+    let mut text = format!("{}, {}\n", file.design.name, found.status);
+    for part in &parts {
+        let [low, high] = part.mesh.bounds();
+        let range: Vec<String> =
+            (0..3).map(|i| format!("{:.1} … {:.1}", low[i] * 1e3, high[i] * 1e3)).collect();
+        let _ = writeln!(
+            text,
+            "  {:<12} {} triangles, {} mm",
+            part.name,
+            part.mesh.triangles.len(),
+            range.join(", ")
+        );
+    }
+    Ok((encode(format, &parts)?, text))
+}

@@ -1,0 +1,40 @@
+#!/bin/sh
+# Exported files in readers of other projects: trimesh (STL, 3MF, OBJ, glTF), ezdxf (DXF), Khronos' glTF validator.
+# Installs them by itself: Python packages in .venv of the root, the validator in target.
+set -eu
+cd "$(dirname "$0")/../.."
+venv=.venv
+if [ ! -x "$venv/bin/pip" ]; then
+    # Debian keeps venv in a package of its own.
+    python3 -m ensurepip --version >/dev/null 2>&1 || [ "$(id -u)" != 0 ] || apt-get install -y -q python3-venv
+    python3 -m venv "$venv"
+fi
+marker="$venv/cppr-mesh-requirements.txt"
+if ! cmp -s crates/cppr-mesh/requirements.txt "$marker"; then
+    "$venv/bin/pip" install --quiet --disable-pip-version-check -r crates/cppr-mesh/requirements.txt
+    cp crates/cppr-mesh/requirements.txt "$marker"
+fi
+if [ ! -d target/gltf-validator/node_modules/gltf-validator ]; then
+    command -v npm >/dev/null || [ "$(id -u)" != 0 ] || apt-get install -y -q npm
+    mkdir -p target/gltf-validator
+    npm install --silent --prefix target/gltf-validator gltf-validator@2.0.0-dev.3.10
+fi
+files=$(mktemp -d)
+trap 'rm -r "$files"' EXIT
+cargo build --release --quiet
+cppr() { target/release/cppr export "$@" >/dev/null; }
+for name in r1 r2 r3 r4 helicoid; do
+    for tube in 1 2; do
+        for format in stl 3mf glb dxf; do
+            cppr robots/$name.toml --tube $tube --output "$files/$name-$tube.$format"
+        done
+    done
+done
+cppr robots/r3.toml --tube 2 --below 30mm --flange 8mm,2mm --tip-cap 1mm --output "$files/dressed.3mf"
+cppr robots/r3.toml --tube 2 --kerf 20um --output "$files/kerf.dxf"
+for format in glb gltf obj stl 3mf; do
+    cppr robots/r1.toml --pull 5mm --output "$files/bent.$format"
+    cppr robots/helicoid.toml --pull 10mm --rotate 30deg --output "$files/wound.$format"
+done
+.venv/bin/python crates/cppr-mesh/tests/readers.py "$files"
+NODE_PATH=target/gltf-validator/node_modules node crates/cppr-mesh/tests/validate-gltf.js "$files"/*.glb "$files"/*.gltf
