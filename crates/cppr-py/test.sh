@@ -22,4 +22,4 @@ pip install --quiet --disable-pip-version-check --no-build-isolation --force-rei
 python -m pytest --quiet --durations=8 "$@"
 python -m mypy --no-error-summary crates/cppr-py/python/cppr
 echo "mypy: no issues"
-python -m mypy.stubtest cppr
+python -m mypy.stubtest --mypy-config-file pyproject.toml cppr

@@ -6,7 +6,7 @@ use crate::command::{Asked, Means, Taken};
 use crate::errors;
 use crate::robot::{Robot, Shared};
 use cppr::analysis::{Shape, sensitivity, shape, stability::stability};
-use cppr::solve::{Command, CommandProblem, Settings, Status, Workspace, solve};
+use cppr::solve::{Command, CommandProblem, Reason, Settings, Status, Workspace, solve};
 use cppr::statics::Wrench;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -73,10 +73,15 @@ impl Job<'_> {
         row[0] = 2.0;
         let Ok(found) = solve(robot, workspace, command, self.settings) else { return };
         row[1] = found.statistics.iterations as f64;
+        row[0] = match found.status {
+            Status::Converged => 0.0,
+            Status::Unstable => 1.0,
+            Status::NotConverged(Reason::Edges) => 3.0,
+            Status::NotConverged(_) => return,
+        };
         if !found.status.is_equilibrium() {
             return;
         }
-        row[0] = if found.status == Status::Converged { 0.0 } else { 1.0 };
         let (rotation, centre) = shape::tip_pose(robot, workspace, &found);
         let head = [found.elastic_energy].into_iter().chain(centre.iter().copied());
         let head = head.chain((0..9).map(|i| rotation[(i / 3, i % 3)]));
@@ -180,7 +185,7 @@ fn watched(
 
 /// Fills `out`, one row per pose. `columns` holds (means, tube, values).
 #[pyfunction]
-#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, out, jacobian, stability, sections, threads, progress))]
+#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, out, jacobian, stability, sections, threads, progress, first))]
 pub fn solve_many(
     py: Python<'_>,
     robot: PyRef<'_, Robot>,
@@ -195,6 +200,7 @@ pub fn solve_many(
     sections: usize,
     threads: usize,
     progress: Option<Py<PyAny>>,
+    first: usize,
 ) -> PyResult<()> {
     let core = &robot.shared.robot;
     let asked = Asked {
@@ -235,7 +241,7 @@ pub fn solve_many(
         return Err(PyValueError::new_err("the arrays of the poses differ in length"));
     }
     if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
-        return Err(errors::command(py, format!("pose {pose}: {problem}")));
+        return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

@@ -3,13 +3,13 @@
 use crate::command::settings;
 use crate::robot::Robot;
 use cppr::analysis::shape;
-use cppr::solve::{Command, Workspace, solve};
+use cppr::solve::{Command, Drive, Workspace, solve};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Seconds that solving for each pull of tube 2 in turn takes.
+/// Seconds that solving for each pull of tube 2 in turn and reading the tip takes.
 #[pyfunction]
 pub fn time_solves(
     py: Python<'_>,
@@ -18,16 +18,19 @@ pub fn time_solves(
     options: Option<Bound<'_, PyAny>>,
 ) -> PyResult<f64> {
     let (settings, _) = settings(options.as_ref())?;
-    let robot = &robot.shared.robot;
+    let shared = &robot.shared;
     Ok(py.detach(|| {
-        let mut workspace = Workspace::new();
-        let start = Instant::now();
-        for pull in pulls {
-            let mut command = Command::held(robot);
-            command.actuators[0].push_pull = cppr::solve::Drive::Motion(pull);
-            let _ = black_box(solve(robot, &mut workspace, &command, &settings));
-        }
-        start.elapsed().as_secs_f64()
+        shared.with(|robot, workspace| {
+            let start = Instant::now();
+            for pull in pulls {
+                let mut command = Command::held(robot);
+                command.actuators[0].push_pull = Drive::Motion(pull);
+                if let Ok(found) = solve(robot, workspace, &command, &settings) {
+                    black_box(shape::tip_pose(robot, workspace, &found));
+                }
+            }
+            start.elapsed().as_secs_f64()
+        })
     }))
 }
 
@@ -50,7 +53,7 @@ pub fn time_many(
                 .par_iter()
                 .map_init(Workspace::new, |workspace, &pull| {
                     let mut command = Command::held(robot);
-                    command.actuators[0].push_pull = cppr::solve::Drive::Motion(pull);
+                    command.actuators[0].push_pull = Drive::Motion(pull);
                     let found = solve(robot, workspace, &command, &settings).ok()?;
                     let tip = shape::tip_pose(robot, workspace, &found);
                     Some((found.status, tip, found.actuators))

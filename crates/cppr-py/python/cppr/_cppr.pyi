@@ -336,6 +336,7 @@ def solve_many(
     sections: int,
     threads: int,
     progress: Callable[[int, int], object] | None,
+    first: int,
 ) -> None: ...
 def time_solves(robot: Robot, pulls: Sequence[float], options: Settings | None) -> float: ...
 def time_many(

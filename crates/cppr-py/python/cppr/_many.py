@@ -19,7 +19,7 @@ PerTube = Union[ArrayLike, Mapping[int, ArrayLike], None]
 """An array for tube 2, or a dict from tube number to array."""
 
 _MEANS = ("pull", "rotate", "tension", "torque")
-_STATUS = np.array(["converged", "unstable", "not converged"])
+_STATUS = np.array(["converged", "unstable", "not converged", "not converged"])
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,8 @@ class Solutions:
     """
 
     code: NDArray[np.uint8]
-    """0 converged and stable, 1 an unstable equilibrium, 2 none found; shape P."""
+    """0 converged and stable, 1 an unstable equilibrium, 2 and 3 none found: load stepping ended, or no consistent entry
+    of the uncut part below the plate; shape P."""
     iterations: Floats
     """Newton steps; shape P."""
     elastic_energy: Floats
@@ -71,7 +72,8 @@ class Solutions:
         return len(self.code)
 
     def __repr__(self) -> str:
-        counts = np.bincount(self.code.ravel(), minlength=3)
+        converged, unstable, *none = np.bincount(self.code.ravel(), minlength=4)
+        counts = (converged, unstable, sum(none))
         words = ", ".join(f"{n} {w}" for n, w in zip(counts, _STATUS) if n)
         return f"Solutions({self.code.shape}: {words or 'none'})"
 
@@ -107,6 +109,15 @@ class Poses:
             None if v is None else np.broadcast_to(v, (*self.shape, 3)) for v in vectors
         ]
         self.count = int(np.prod(self.shape, dtype=object))
+
+    @classmethod
+    def of(
+        cls, columns: list[tuple[int, int, Floats]], vectors: list[Floats | None], count: int
+    ) -> Poses:
+        """From a slice of other poses."""
+        own = cls.__new__(cls)
+        own.columns, own.vectors, own.shape, own.count = columns, vectors, (count,), count
+        return own
 
     def slice(
         self, start: int, stop: int
@@ -201,8 +212,9 @@ def solve_slice(
     sections: int,
     threads: int | None,
     progress: Progress,
+    first: int = 0,
 ) -> Floats:
-    """One row per pose; see `unpack`."""
+    """One row per pose; see `unpack`. Messages count poses from `first`."""
     if not 0 <= sections <= 100_000:
         raise ValueError(f"sections is {sections}; it must lie between 0 and 100000")
     if threads is None:
@@ -217,7 +229,7 @@ def solve_slice(
     try:
         _cppr.solve_many(
             robot, columns, force, moment, None if loads is None else list(loads), settings,
-            out, jacobian, margin, sections, threads, callback,
+            out, jacobian, margin, sections, threads, callback, start + first,
         )  # fmt: skip
     finally:
         close()

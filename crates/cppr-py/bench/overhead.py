@@ -1,0 +1,66 @@
+"""What Python adds to a solve, and the share of Rust's throughput that `solve_many` reaches.
+
+    python crates/cppr-py/bench/overhead.py
+
+Rust's side is a loop inside the extension module, in the same process, run turn about with Python's: ratios and
+differences hold on a busy machine as well, the smallest of many turns is what is shown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+
+import numpy as np
+
+import cppr
+from cppr import _cppr
+
+
+def seconds(call: object) -> float:
+    start = time.perf_counter()
+    call()  # type: ignore[operator]
+    return time.perf_counter() - start
+
+
+def single(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> tuple[float, float]:
+    """Smallest mean cost of a solve and its tip (s) from Rust and from Python, turn about."""
+    pulls = np.linspace(-1e-3, 1e-3, 20).tolist()
+
+    def python() -> None:
+        for pull in pulls:
+            robot.solve(pull=pull, settings=settings).tip_position  # noqa: B018
+
+    pairs = [(_cppr.time_solves(robot, pulls, settings), seconds(python)) for _ in range(turns)]
+    rust, ours = (min(side) / len(pulls) for side in zip(*pairs))
+    return rust, ours
+
+
+def many(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> float:
+    """Median share of Rust's throughput."""
+    pulls = np.linspace(-8e-3, 8e-3, 4000)
+    threads = len(os.sched_getaffinity(0))
+    ratios = []
+    for _ in range(turns):
+        rust = _cppr.time_many(robot, pulls.tolist(), settings, threads)
+        ratios.append(rust / seconds(lambda: robot.solve_many(pull=pulls, settings=settings, threads=threads)))
+    return float(np.median(ratios))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--turns", type=int, default=100)
+    turns = parser.parse_args().turns
+    robot = cppr.Robot.from_toml("robots/r3.toml")
+    for name, settings in (("space", None), ("plane", cppr.Settings(planar=True))):
+        rust, python = single(robot, settings, turns)
+        print(
+            f"solve in {name}: Rust {rust * 1e6:.1f} us, Python {python * 1e6:.1f} us, "
+            f"overhead {(python - rust) * 1e6:.1f} us"
+        )
+        print(f"solve_many in {name}: {many(robot, settings, max(3, turns // 10)):.1%} of Rust's throughput")
+
+
+if __name__ == "__main__":
+    main()
