@@ -153,7 +153,11 @@ pub fn tube_number(means: Means, key: &Bound<'_, PyAny>) -> PyResult<i64> {
         .map_err(|_| errors::wrong_type(&format!("a tube of {}", means.name()), "a tube number", key))
 }
 
+/// `pull`, `rotate`, `tension`, `torque`, as far as they are given.
+pub type Drives<'py> = [Option<Bound<'py, PyAny>>; 4];
+
 /// What is asked of a robot.
+#[derive(Default)]
 pub struct Asked<'a, 'py> {
     pub drives: [Option<&'a Bound<'py, PyAny>>; 4],
     pub tip_force: Option<&'a Bound<'py, PyAny>>,
@@ -167,12 +171,7 @@ impl Asked<'_, '_> {
     pub fn read(&self, robot: &Robot) -> PyResult<(Command, Settings)> {
         let (settings, knob) = settings(self.settings)?;
         let mut command = Command { knob, ..Command::held(robot) };
-        let mut taken = Taken::new(robot);
-        for (means, value) in Means::ALL.into_iter().zip(self.drives) {
-            if let Some(value) = value {
-                drive(&mut command, &mut taken, means, value)?;
-            }
-        }
+        self.put(robot, &mut command)?;
         if self.tip_force.is_some() || self.tip_moment.is_some() {
             let read = |what, value: Option<&Bound<'_, PyAny>>| {
                 value.map_or(Ok(Vector3::zeros()), |value| vector(what, value))
@@ -185,6 +184,17 @@ impl Asked<'_, '_> {
             add_loads(&mut command, robot, list)?;
         }
         Ok((command, settings))
+    }
+
+    /// Puts the prescribed values into a command; what is not given stays.
+    pub fn put(&self, robot: &Robot, command: &mut Command) -> PyResult<()> {
+        let mut taken = Taken::new(robot);
+        for (means, value) in Means::ALL.into_iter().zip(self.drives) {
+            if let Some(value) = value {
+                drive(command, &mut taken, means, value)?;
+            }
+        }
+        Ok(())
     }
 }
 

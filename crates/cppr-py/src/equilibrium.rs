@@ -2,8 +2,8 @@
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table};
 use crate::robot::{Robot, Shared};
-use crate::{command, errors};
-use cppr::analysis::{Freedom, Section, Sensitivity, sensitivity, shape, stability::stability};
+use crate::{analysis, command, errors};
+use cppr::analysis::{Section, Sensitivity, sensitivity, shape, stability::stability};
 use cppr::solve::{ActuatorState, Status};
 use cppr::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
@@ -21,8 +21,8 @@ const MOST: usize = 1_000_000;
 /// The state of a robot under a command.
 #[pyclass(frozen, module = "cppr")]
 pub struct Equilibrium {
-    shared: Arc<Shared>,
-    found: cppr::solve::Equilibrium,
+    pub shared: Arc<Shared>,
+    pub found: cppr::solve::Equilibrium,
     tip: OnceLock<(Matrix3<f64>, Vector3<f64>)>,
     derivatives: OnceLock<Option<Sensitivity>>,
     margin: OnceLock<f64>,
@@ -154,16 +154,7 @@ impl Equilibrium {
 
     #[getter]
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let names = self.derivatives(py)?.inputs.iter().map(|input| {
-            let means = match (input.freedom, input.is_motion) {
-                (Freedom::PushPull, true) => "pull",
-                (Freedom::PushPull, false) => "tension",
-                (Freedom::Rotation, true) => "rotate",
-                (Freedom::Rotation, false) => "torque",
-            };
-            (means, input.tube)
-        });
-        PyTuple::new(py, names)
+        PyTuple::new(py, self.derivatives(py)?.inputs.iter().map(analysis::input))
     }
 
     #[getter]

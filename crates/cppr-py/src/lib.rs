@@ -8,6 +8,7 @@
 // Python passes arguments by value; every public item is documented where Python sees it.
 #![allow(clippy::needless_pass_by_value, clippy::too_many_arguments)]
 
+mod analysis;
 mod arrays;
 mod calibrate;
 mod command;
@@ -16,6 +17,7 @@ mod equilibrium;
 mod errors;
 mod many;
 mod robot;
+mod sweep;
 mod twin;
 
 use pyo3::prelude::*;
@@ -28,7 +30,11 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<equilibrium::Shape>()?;
     m.add_function(wrap_pyfunction!(design::section, m)?)?;
     m.add_function(wrap_pyfunction!(calibrate::calibrate, m)?)?;
+    m.add_function(wrap_pyfunction!(analysis::limits, m)?)?;
+    m.add_function(wrap_pyfunction!(analysis::ranges, m)?)?;
+    m.add_function(wrap_pyfunction!(analysis::trace, m)?)?;
     m.add_function(wrap_pyfunction!(many::solve_many, m)?)?;
+    m.add_function(wrap_pyfunction!(sweep::sweep, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_many, m)?)
 }

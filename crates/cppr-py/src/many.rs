@@ -148,7 +148,7 @@ fn width(followers: usize, extras: Extras) -> usize {
 }
 
 /// Runs work in a thread of its own, telling progress and looking at signals meanwhile.
-fn watched(
+pub fn watched(
     py: Python<'_>,
     total: usize,
     progress: Option<&Py<PyAny>>,
@@ -203,13 +203,7 @@ pub fn solve_many(
     first: usize,
 ) -> PyResult<()> {
     let core = &robot.shared.robot;
-    let asked = Asked {
-        drives: [None; 4],
-        tip_force: None,
-        tip_moment: None,
-        loads: loads.as_ref(),
-        settings: settings.as_ref(),
-    };
+    let asked = Asked { loads: loads.as_ref(), settings: settings.as_ref(), ..Asked::default() };
     let (mut base, settings) = asked.read(core)?;
     if tip_force.is_some() || tip_moment.is_some() {
         base.loads.wrenches.push(Wrench::tip_force(cppr::Vector3::zeros()));

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import math
 
-from . import _frames, _many, _plot, _show
+from . import _analysis, _frames, _many, _plot, _show
+from ._analysis import Branch, Governing, Limits, RangeEnd, SafeRange, SectionLimit
 from ._calibrate import Calibration, Residual, calibrate
 from ._cppr import Equilibrium, Robot, Shape, __version__
 from ._design import (
@@ -42,6 +43,7 @@ from ._loads import DistributedForce, Gravity, Load, Thread, VectorLike, Wrench
 from ._many import Solutions
 from ._section import SectionProperties, section
 from ._show import View
+from ._sweep import Normal, Range, sweep
 
 mm = 1e-3
 """One millimetre (m)."""
@@ -51,6 +53,9 @@ deg = math.pi / 180
 # Methods that need no speed are written in Python; the stub of `_cppr` describes them with the others.
 for _class, _method in (
     (Robot, _many.solve_many),
+    (Equilibrium, _analysis.limits),
+    (Equilibrium, _analysis.safe_ranges),
+    (Equilibrium, _analysis.continue_path),
     (Equilibrium, _plot.plot),
     (Equilibrium, _show.show),
     (Equilibrium, _frames.to_dataframe),
@@ -59,24 +64,32 @@ for _class, _method in (
     setattr(_class, _method.__name__, _method)
 
 __all__ = [
+    "Branch",
     "Calibration",
     "CalibrationError",
     "CommandError",
     "DistributedForce",
     "Equilibrium",
     "Error",
+    "Governing",
     "Gravity",
+    "Limits",
     "Load",
     "Material",
     "NoEquilibrium",
+    "Normal",
     "NotchPattern",
     "NotchedTube",
     "PerNotch",
     "Problem",
     "ProfileLike",
+    "Range",
+    "RangeEnd",
     "Residual",
     "Robot",
     "RobotError",
+    "SafeRange",
+    "SectionLimit",
     "SectionProperties",
     "Settings",
     "Shape",
@@ -94,4 +107,5 @@ __all__ = [
     "deg",
     "mm",
     "section",
+    "sweep",
 ]

@@ -1,5 +1,5 @@
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal, final
 
 import numpy as np
@@ -9,13 +9,13 @@ from pandas import DataFrame
 from typing_extensions import TypeAlias
 from xarray import Dataset
 
+from ._analysis import Branch, Limits, PerTubeNumber, SafeRange
 from ._design import Settings, TubeLike
 from ._loads import Load, VectorLike
 from ._many import PerTube, Progress, Solutions
 from ._show import View
 
 _Floats: TypeAlias = NDArray[np.float64]
-_PerTubeNumber: TypeAlias = float | Mapping[int, float] | None
 
 __all__ = [
     "__version__",
@@ -24,7 +24,11 @@ __all__ = [
     "Shape",
     "section",
     "calibrate",
+    "limits",
+    "ranges",
+    "trace",
     "solve_many",
+    "sweep",
     "time_solves",
     "time_many",
 ]
@@ -80,10 +84,10 @@ class Robot:
 
     def solve(
         self,
-        pull: _PerTubeNumber = None,
-        rotate: _PerTubeNumber = None,
-        tension: _PerTubeNumber = None,
-        torque: _PerTubeNumber = None,
+        pull: PerTubeNumber = None,
+        rotate: PerTubeNumber = None,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
         *,
         tip_force: VectorLike | None = None,
         tip_moment: VectorLike | None = None,
@@ -232,6 +236,37 @@ class Equilibrium:
     def sample(self, x: int | ArrayLike | None = None) -> Shape:
         """Fields at rest abscissae of the leader (m), shape (n,), or at a number of equal steps from 0 to L."""
 
+    def limits(self, teeth: Literal["rigid", "bending"] = "rigid") -> Limits:
+        """Strain and closure of every notch, and the nearest limit.
+
+        `teeth` are "rigid" (the notches take all bending: safe) or "bending" (as the notches do: the least there can be).
+        """
+
+    def safe_ranges(self, teeth: Literal["rigid", "bending"] = "rigid") -> tuple[SafeRange, ...]:
+        """How far each actuator may go from here while the others and the loads stay.
+
+        Raises `CommandError` where a limit is exceeded already.
+        """
+
+    def continue_path(
+        self,
+        pull: PerTubeNumber = None,
+        rotate: PerTubeNumber = None,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
+        *,
+        load_factor: float | None = None,
+        step: float = 0.05,
+        points: int = 2000,
+        depth: int = 0,
+    ) -> tuple[Branch, ...]:
+        """All equilibria from here to other actuator values, past folds; or to `load_factor` times the present loads.
+
+        Pseudo-arclength continuation: where the robot would snap, the path turns back and goes on through the unstable
+        equilibria. `step` is the longest step along the path, `points` the most points of a branch, `depth` how many times
+        a branch is left for another at branch points.
+        """
+
     def plot(
         self,
         ax: Axes | None = None,
@@ -323,6 +358,32 @@ def section(
     outer_radius: float, inner_radius: float, depth: float, shape: str = "round"
 ) -> tuple[float, float, float, float, float, float]: ...
 def calibrate(robots: Sequence[Robot], table: str, parameters: Sequence[str]) -> dict[str, Any]: ...
+def limits(equilibrium: Equilibrium, teeth: str) -> tuple[list[tuple[Any, ...]], Any]: ...
+def ranges(equilibrium: Equilibrium, teeth: str) -> list[tuple[Any, ...]]: ...
+def trace(
+    equilibrium: Equilibrium,
+    drives: tuple[PerTubeNumber, PerTubeNumber, PerTubeNumber, PerTubeNumber],
+    load_factor: float | None,
+    step: float,
+    points: int,
+    depth: int,
+) -> list[dict[str, Any]]: ...
+def sweep(
+    path: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    axes: Sequence[tuple[str, int, str, str, float, float, int]],
+    drives: tuple[PerTubeNumber, ...],
+    tip: tuple[Sequence[float], Sequence[float]] | None,
+    loads: Sequence[Load] | None,
+    settings: Settings | None,
+    samples: int | None,
+    seed: int,
+    margin: bool,
+    teeth: str | None,
+    resume: bool,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
+) -> dict[str, int]: ...
 def solve_many(
     robot: Robot,
     columns: Sequence[tuple[int, int, _Floats]],

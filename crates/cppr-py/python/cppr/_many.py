@@ -148,7 +148,12 @@ def _vectors(name: str, values: ArrayLike) -> Floats:
 Progress = Union[bool, Callable[[int, int], object]]
 
 
-def watcher(progress: Progress, total: int) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def watcher(progress: Progress) -> tuple[Callable[[int, int], object] | None, Callable[[], object]]:
     """A callback for `progress`, and what closes it: a bar of tqdm for True."""
     if callable(progress):
         return progress, lambda: None
@@ -158,8 +163,13 @@ def watcher(progress: Progress, total: int) -> tuple[Callable[[int, int], object
         from tqdm.auto import tqdm
     except ImportError:
         raise ImportError("progress=True draws a bar with tqdm: pip install tqdm") from None
-    bar = tqdm(total=total, unit="pose")
-    return lambda done, _: bar.update(done - bar.n), bar.close
+    bar = tqdm(unit="pose")
+
+    def update(done: int, total: int) -> None:
+        bar.total = total
+        bar.update(done - bar.n)
+
+    return update, bar.close
 
 
 def solve_many(
@@ -218,14 +228,14 @@ def solve_slice(
     if not 0 <= sections <= 100_000:
         raise ValueError(f"sections is {sections}; it must lie between 0 and 100000")
     if threads is None:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        threads = cores()
     if threads < 1:
         raise ValueError(f"threads is {threads}; at least one is needed")
     followers = len(robot.followers)
     width = 15 + 4 * followers + (12 * followers + 36) * jacobian + margin + 3 * sections
     out = np.empty((stop - start, width))
     columns, (force, moment) = poses.slice(start, stop)
-    callback, close = watcher(progress, stop - start)
+    callback, close = watcher(progress)
     try:
         _cppr.solve_many(
             robot, columns, force, moment, None if loads is None else list(loads), settings,

@@ -13,7 +13,6 @@ import json
 import os
 import pickle
 from collections.abc import Iterable
-from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -71,7 +70,7 @@ def solve_many(
     _claim(folder, robot, poses, loads, settings, margin, chunk)
 
     starts = [at for at in range(0, poses.count, chunk) if not _part(folder, at // chunk).exists()]
-    callback, close = watcher(progress, poses.count)
+    callback, close = watcher(progress)
     done = poses.count - sum(min(chunk, poses.count - at) for at in starts)
     lost: dict[int, int] = {}
     options = {"loads": loads, "settings": settings, "margin": margin}
@@ -190,11 +189,8 @@ def _write(path: Path, write: Any) -> None:
     os.replace(unfinished, path)
 
 
-@lru_cache(maxsize=4)
-def _unpacked(packed: bytes) -> _cppr.Robot:
-    """A worker builds its robot once."""
-    robot: _cppr.Robot = pickle.loads(packed)
-    return robot
+# A worker builds its robot once.
+_robots: dict[bytes, _cppr.Robot] = {}
 
 
 def _solve(
@@ -206,7 +202,10 @@ def _solve(
     path: str,
 ) -> int:
     """One chunk, on a worker: solves it and writes its part."""
-    robot = _unpacked(packed)
+    if packed not in _robots:
+        _robots.clear()
+        _robots[packed] = pickle.loads(packed)
+    robot = _robots[packed]
     count = len(columns[0][2]) if columns else next(len(v) for v in vectors if v is not None)
     poses = Poses.of(columns, vectors, count)
     margin = options["margin"]

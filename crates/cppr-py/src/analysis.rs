@@ -1,0 +1,170 @@
+//! What an equilibrium tells: limits of its notches, safe ranges of its actuators, the path that it lies on.
+
+use crate::arrays::{line, table};
+use crate::command::{Asked, Drives};
+use crate::design::pick;
+use crate::equilibrium::Equilibrium;
+use crate::errors;
+use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing, trace_from};
+use cppr::analysis::{
+    Bound as Why, Freedom, Governing, Input, Limit, Place, RangeEnd, SectionLimit, Teeth, governing,
+    safe_ranges, section_limits, stability::stability,
+};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
+use std::sync::Arc;
+
+/// ("pull", 2) and its like.
+pub fn input(input: &Input) -> (&'static str, usize) {
+    let means = match (input.freedom, input.is_motion) {
+        (Freedom::PushPull, true) => "pull",
+        (Freedom::PushPull, false) => "tension",
+        (Freedom::Rotation, true) => "rotate",
+        (Freedom::Rotation, false) => "torque",
+    };
+    (means, input.tube)
+}
+
+fn teeth(py: Python<'_>, text: &str) -> PyResult<Teeth> {
+    let bending = pick("teeth", PyString::new(py, text).as_any(), &["rigid", "bending"])?;
+    Ok(if bending == 1 { Teeth::Bending } else { Teeth::Rigid })
+}
+
+/// The fields of `SectionLimit` in their order.
+fn section<'py>(py: Python<'py>, s: &SectionLimit) -> PyResult<Bound<'py, PyTuple>> {
+    let (place, number) = match s.place {
+        Place::Notch(number) => ("notch", Some(number)),
+        Place::Section => ("section", None),
+        Place::Uncut => ("uncut", None),
+    };
+    let [y, z] = s.curvature;
+    let fields =
+        (s.tube, place, number, s.abscissa, s.label, y, z, s.strain, s.allowable_strain, s.closure, s.gap);
+    fields.into_pyobject(py)
+}
+
+/// The fields of `Governing` in their order.
+fn nearest<'py>(py: Python<'py>, found: Option<&Governing>) -> PyResult<Option<Bound<'py, PyTuple>>> {
+    let Some(found) = found else { return Ok(None) };
+    let limit = match found.limit {
+        Limit::Strain => "strain",
+        Limit::Closure => "closure",
+        Limit::Stability => "stability",
+    };
+    let place = found.section.as_ref().map(|s| section(py, s)).transpose()?;
+    Ok(Some((limit, found.utilisation, place).into_pyobject(py)?))
+}
+
+/// Sections and the nearest limit.
+#[pyfunction]
+pub fn limits<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    teeth: &str,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let teeth = self::teeth(py, teeth)?;
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let (sections, margin) = py.detach(|| {
+        shared.with(|robot, workspace| {
+            let sections = section_limits(robot, workspace, found, teeth);
+            (sections, stability(robot, workspace, found).map(|s| s.margin))
+        })
+    });
+    let list = sections.iter().map(|s| section(py, s)).collect::<PyResult<Vec<_>>>()?;
+    (list, nearest(py, governing(&sections, margin).as_ref())?).into_pyobject(py)
+}
+
+fn end<'py>(py: Python<'py>, end: &RangeEnd) -> PyResult<Bound<'py, PyTuple>> {
+    let (bound, limit) = match &end.bound {
+        Why::Limit(found) => ("limit", Some(found)),
+        Why::BranchEnds => ("branch", None),
+        Why::Open => ("open", None),
+    };
+    (end.value, bound, nearest(py, limit)?).into_pyobject(py)
+}
+
+/// The fields of `SafeRange`, one list per input.
+#[pyfunction]
+pub fn ranges<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    teeth: &str,
+) -> PyResult<Bound<'py, PyList>> {
+    let teeth = self::teeth(py, teeth)?;
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let ranges = py.detach(|| {
+        shared.with(|robot, workspace| safe_ranges(robot, workspace, &found.command, &found.settings, teeth))
+    });
+    let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
+    let list = ranges.iter().map(|r| {
+        let (means, tube) = input(&r.input);
+        (means, tube, r.start, end(py, &r.low)?, end(py, &r.high)?).into_pyobject(py)
+    });
+    PyList::new(py, list.collect::<PyResult<Vec<_>>>()?)
+}
+
+/// The path from an equilibrium towards other actuator values or another load factor; fields of `Branch`, one dict each.
+#[pyfunction]
+pub fn trace<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    drives: Drives<'py>,
+    load_factor: Option<f64>,
+    step: f64,
+    points: usize,
+    depth: usize,
+) -> PyResult<Bound<'py, PyList>> {
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let first = found.command.clone();
+    let mut last = first.clone();
+    Asked { drives: drives.each_ref().map(Option::as_ref), ..Asked::default() }
+        .put(&shared.robot, &mut last)?;
+    let family = match load_factor {
+        None => Family::between(first, last),
+        Some(_) if last != first => {
+            return Err(errors::command(py, "give actuator values or load_factor, not both"));
+        }
+        Some(factor) => Family::load(first, 1.0, factor),
+    };
+    let tracing = Tracing { settings: found.settings, step, points, depth, ..Tracing::default() };
+    let branches = family.and_then(|family| {
+        py.detach(|| shared.with(|robot, workspace| trace_from(robot, workspace, &family, &tracing, found)))
+    });
+    let branches = branches.map_err(|problem| errors::command(py, problem))?;
+    PyList::new(py, branches.into_iter().map(|b| branch(py, &equilibrium, b)).collect::<PyResult<Vec<_>>>()?)
+}
+
+fn branch<'py>(
+    py: Python<'py>,
+    of: &PyRef<'py, Equilibrium>,
+    branch: Branch,
+) -> PyResult<Bound<'py, PyDict>> {
+    let points = &branch.points;
+    let own = PyDict::new(py);
+    let kinds = points.iter().map(|p| match p.kind {
+        PointKind::Regular => "regular",
+        PointKind::Fold => "fold",
+        PointKind::BranchPoint { .. } => "branch point",
+        PointKind::Edge { .. } => "edge",
+    });
+    own.set_item("parameter", line(py, points.iter().map(|p| p.parameter)))?;
+    own.set_item("fraction", line(py, points.iter().map(|p| p.fraction)))?;
+    own.set_item("kind", PyTuple::new(py, kinds)?)?;
+    let tips = points.iter().flat_map(|p| p.tip.iter().copied()).collect();
+    own.set_item("tip_position", table(py, tips, 3)?)?;
+    own.set_item(
+        "stable",
+        points.iter().map(cppr::analysis::continuation::PathPoint::is_stable).collect::<Vec<_>>(),
+    )?;
+    own.set_item("margin", line(py, points.iter().map(|p| p.margin.unwrap_or(f64::NAN))))?;
+    own.set_item("reached", branch.end == End::Last)?;
+    own.set_item("end", branch.end.to_string())?;
+    own.set_item("origin", branch.origin.map(|o| (o.branch, o.point, o.mode, o.along)))?;
+    let equilibria = branch
+        .points
+        .into_iter()
+        .map(|p| Py::new(py, Equilibrium::new(Arc::clone(&of.shared), p.equilibrium)))
+        .collect::<PyResult<Vec<_>>>()?;
+    own.set_item("equilibria", PyTuple::new(py, equilibria)?)?;
+    Ok(own)
+}

@@ -1,0 +1,115 @@
+//! Sweeps into a file: `cppr_sweep` on a robot file.
+
+use crate::arrays::vector;
+use crate::command::{Asked, Drives};
+use crate::design::pick;
+use crate::errors;
+use crate::many::watched;
+use crate::robot::Robot;
+use cppr::analysis::{Freedom, Input, Teeth};
+use cppr::statics::Wrench;
+use cppr_io::robot_file;
+use cppr_sweep::{Axis, FileOptions, FileProblem, Format, Plan, Task, Values, Variable, Verdict, write_file};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+/// What varies ("pull", ..., "tip_force", "tip_moment", "vary"), tube or component, key of the file; "range" or "normal" with
+/// its two numbers and the count of a range.
+type AxisArguments = (String, usize, String, String, f64, f64, u32);
+
+fn axis(arguments: AxisArguments) -> Axis {
+    let (what, index, key, distribution, a, b, count) = arguments;
+    let actuator = |freedom, is_motion| Variable::Actuator(Input { tube: index, freedom, is_motion });
+    let variable = match what.as_str() {
+        "pull" => actuator(Freedom::PushPull, true),
+        "rotate" => actuator(Freedom::Rotation, true),
+        "tension" => actuator(Freedom::PushPull, false),
+        "torque" => actuator(Freedom::Rotation, false),
+        "tip_force" => Variable::Force { wrench: 0, component: index },
+        "tip_moment" => Variable::Moment { wrench: 0, component: index },
+        _ => Variable::Design(key),
+    };
+    let values = match distribution.as_str() {
+        "normal" => Values::Normal { mean: a, deviation: b },
+        _ => Values::Range { from: a, to: b, count },
+    };
+    Axis { variable, values }
+}
+
+fn failed(py: Python<'_>, problem: &FileProblem) -> PyErr {
+    match problem {
+        FileProblem::Task(_) | FileProblem::NoParquet => errors::command(py, problem),
+        _ => PyOSError::new_err(problem.to_string()),
+    }
+}
+
+/// Rows of every verdict, by its word.
+#[pyfunction]
+pub fn sweep<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    output: PathBuf,
+    axes: Vec<AxisArguments>,
+    drives: Drives<'py>,
+    tip: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    loads: Option<Bound<'py, PyAny>>,
+    settings: Option<Bound<'py, PyAny>>,
+    samples: Option<u64>,
+    seed: u64,
+    margin: bool,
+    teeth: Option<&str>,
+    resume: bool,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let file = robot_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
+    let robot_text = std::fs::read_to_string(&path)?;
+    let robot = Robot::build(py, file.design)?.shared.robot.clone();
+    let (mut base, settings) = Asked {
+        drives: drives.each_ref().map(Option::as_ref),
+        loads: loads.as_ref(),
+        settings: settings.as_ref(),
+        ..Asked::default()
+    }
+    .read(&robot)?;
+    if let Some((force, moment)) = tip {
+        let mut wrench = Wrench::tip_force(vector("tip_force", &force)?);
+        wrench.moment = vector("tip_moment", &moment)?;
+        // Axes of the tip's wrench count on it being the first.
+        base.loads.wrenches.insert(0, wrench);
+    }
+    let Some(format) = Format::of(&output) else {
+        let text = format!("{}: tables are written as .csv or .npz", output.display());
+        return Err(PyValueError::new_err(text));
+    };
+    let limits = match teeth {
+        None => None,
+        Some(text) => Some(match pick("teeth", PyString::new(py, text).as_any(), &["rigid", "bending"])? {
+            0 => Teeth::Rigid,
+            _ => Teeth::Bending,
+        }),
+    };
+    let plan = samples.map_or(Plan::Grid, |count| Plan::Samples { count, seed });
+    let axes = axes.into_iter().map(axis).collect();
+    let task = Task { robot, robot_text, base, settings, axes, plan, margin, limits };
+    let total = usize::try_from(task.rows()).unwrap_or(usize::MAX);
+    let mut result = None;
+    watched(py, total, progress.as_ref(), |done, stop| {
+        let options = FileOptions { threads, resume, format, stop };
+        let tell = |rows| done.store(usize::try_from(rows).unwrap_or(usize::MAX), Ordering::Relaxed);
+        result = Some(write_file(&task, &output, &options, tell, |_| {}));
+    })?;
+    let counts = PyDict::new(py);
+    if let Some(finished) = result {
+        let finished = finished.map_err(|problem| failed(py, &problem))?;
+        for (verdict, rows) in Verdict::ALL.iter().zip(finished.counts) {
+            if rows > 0 {
+                counts.set_item(verdict.text(), rows)?;
+            }
+        }
+    }
+    Ok(counts)
+}
