@@ -16,4 +16,5 @@ RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet ||
 cargo test --workspace --release "$@" || fail "tests failed: see above"
 crates/cppr-mesh/test.sh || fail "exported files do not pass other readers: see above"
 crates/cppr-py/test.sh || fail "tests of the Python package failed: see above"
+crates/cppr-viewer/test.sh || fail "tests of the live view failed: see above"
 echo "all tests passed"

@@ -24,3 +24,5 @@ cppr export robots/r1.toml --tube 2 --output "$files/2.stl"
 cppr export robots/r1.toml --pull 5mm --output "$files/bent.glb"
 .venv/bin/python crates/cppr-mesh/picture.py "$files/1.stl" "$files/2.stl" "$files/bent.glb" $figures/export.png
 rm -r "$files"
+# The live view in a browser, which crates/cppr-viewer/test.sh sets up.
+node crates/cppr-viewer/web/picture.js $figures/viewer.png

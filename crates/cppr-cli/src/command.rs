@@ -213,20 +213,6 @@ impl CommandArgs {
         Ok(())
     }
 
-    /// Refuses a shape whose tip lies on a pulley: there the thread has no direction.
-    pub fn thread_has_direction(&self, shape: &Shape) -> Result<(), Failure> {
-        let Some(tip) = shape.sections.last() else { return Ok(()) };
-        let knot = tip.centre + tip.rotation * Vector3::from(self.rest.tip_point.unwrap_or_default());
-        let on_pulley = |t: &&Thread| (t.pulley - knot).norm() <= t.radius.max(CONTACT);
-        match self.rest.thread.iter().find(on_pulley) {
-            None => Ok(()),
-            Some(_) => Err(Failure::NoEquilibrium(
-                "--thread: the tip lies on the pulley, where the thread pulls in no direction; move the pulley"
-                    .into(),
-            )),
-        }
-    }
-
     /// The command for a robot.
     pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
         self.check(robot)?;
@@ -281,6 +267,22 @@ impl CommandArgs {
         loads.gravity = self.rest.gravity.map(Vector3::from);
         loads.threads = self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect();
         loads
+    }
+}
+
+/// Refuses a shape whose tip lies on a pulley: there the thread has no direction.
+pub fn thread_has_direction(loads: &Loads, shape: &Shape) -> Result<(), Failure> {
+    let Some(tip) = shape.sections.last() else { return Ok(()) };
+    let on_pulley = |t: &&Thread| {
+        let knot = tip.centre + tip.rotation * t.point;
+        (t.pulley - knot).norm() <= t.radius.max(CONTACT)
+    };
+    match loads.threads.iter().find(on_pulley) {
+        None => Ok(()),
+        Some(_) => Err(Failure::NoEquilibrium(
+            "--thread: the tip lies on the pulley, where the thread pulls in no direction; move the pulley"
+                .into(),
+        )),
     }
 }
 

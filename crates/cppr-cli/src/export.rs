@@ -1,7 +1,7 @@
 //! `cppr export`: tubes as files for printing, cutting and display.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::command::{CommandArgs, read_robot, thread_has_direction};
 use crate::output::{self, is_stdout, print};
 use crate::quantity::{Kind, scalar};
 use cppr::analysis::Shape;
@@ -260,7 +260,7 @@ fn assembly(
     if !found.status.is_equilibrium() {
         return Err(Failure::NoEquilibrium(format!("{}: {}", file.design.name, found.status)));
     }
-    args.command.thread_has_direction(&Shape::sampled(robot, &mut workspace, &found, 2))?;
+    thread_has_direction(&found.command.loads, &Shape::sampled(robot, &mut workspace, &found, 2))?;
     let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));
     let meshes = bent_tubes(file, robot, &mut workspace, &found, tolerance, below).map_err(input)?;
     let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(file, i, mesh)).collect();

@@ -14,10 +14,12 @@ mod limits;
 mod output;
 mod paper;
 mod quantity;
+mod scenario;
 mod section;
 mod solve;
 mod sweep;
 mod table;
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -69,6 +71,9 @@ enum Task {
     /// Everything that Tummers et al. 2024 compute, in both formulations, as one report.
     #[command(after_help = paper::EXAMPLES)]
     Paper(paper::Args),
+    /// The robot in the browser: it bends as you drag.
+    #[command(after_help = view::EXAMPLES)]
+    View(view::Args),
 }
 
 /// Why the program ends without having done its task.
@@ -92,6 +97,7 @@ fn main() -> ExitCode {
         Task::Calibrate(args) => calibrate::run(&args),
         Task::Export(args) => export::run(&args),
         Task::Paper(args) => paper::run(&args),
+        Task::View(args) => view::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

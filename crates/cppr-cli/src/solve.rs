@@ -1,9 +1,10 @@
 //! `cppr solve`: the equilibrium of a robot.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::command::{CommandArgs, read_robot, thread_has_direction};
 use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::scenario;
 use crate::table::table;
 use cppr::analysis::{Shape, stability::stability};
 use cppr::solve::{Workspace, solve};
@@ -26,6 +27,7 @@ Examples:
   cppr solve robots/r4.toml --pull -4mm --gravity 0,0,-1g --csv fields.csv
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
   cppr solve robots/helicoid.toml --pull 10mm --json -
+  cppr solve robots/childs3.toml --scenario examples/scenario.toml
 
 Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g. Base frame: the robot
 at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X.
@@ -39,6 +41,9 @@ pub struct Args {
     robot: PathBuf,
     #[command(flatten)]
     command: CommandArgs,
+    /// Scenario file (TOML) that says what the options from --pull to --refine say, as the live view writes it
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["DriveArgs", "RestArgs"])]
+    scenario: Option<PathBuf>,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     samples: u32,
@@ -59,9 +64,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
     let outputs = [("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())];
     output::check(&args.robot, &outputs)?;
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
-    let settings = args.command.settings();
+    let (robot, command, settings) = if let Some(path) = &args.scenario {
+        scenario::apply(path, &args.robot)?
+    } else {
+        let (_, robot) = read_robot(&args.robot)?;
+        let command = args.command.command(&robot)?;
+        (robot, command, args.command.settings())
+    };
     let mut workspace = Workspace::new();
     let start = Instant::now();
     let found =
@@ -74,7 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
     }
     let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
-    args.command.thread_has_direction(&shape)?;
+    thread_has_direction(&found.command.loads, &shape)?;
     let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
     if let Some(path) = json {
         write_json(path, &ResultRecord::new(&robot, &found, &shape, margin))?;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use serde_json::Value;
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -47,9 +48,19 @@ fn json(arguments: &[&str]) -> Value {
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in
-        ["solve", "limits", "continue", "sweep", "section", "check", "calibrate", "export", "paper", ""]
-    {
+    for task in [
+        "solve",
+        "limits",
+        "continue",
+        "sweep",
+        "view",
+        "section",
+        "check",
+        "calibrate",
+        "export",
+        "paper",
+        "",
+    ] {
         let help = text(
             &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
                 .stdout,
@@ -70,6 +81,22 @@ fn every_example_of_the_help_works() {
     assert!(left.is_empty(), "temporary files left: {left:?}");
 }
 
+/// A command that serves until it is ended: it prints the address of its page.
+fn serves_a_page(arguments: &[&str]) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_cppr"))
+        .args(arguments)
+        .arg("--no-open")
+        .current_dir(root())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(line.starts_with("http://127.0.0.1:"), "{line}");
+}
+
 /// Commands of README and book, as a newcomer copies them.
 #[test]
 fn every_command_of_the_documentation_works() {
@@ -79,6 +106,8 @@ fn every_command_of_the_documentation_works() {
         "README.md",
         "docs/src/tutorial.md",
         "docs/src/results.md",
+        "docs/src/scenarios.md",
+        "docs/src/viewer.md",
         "docs/src/limits.md",
         "docs/src/continuation.md",
         "docs/src/sweeps.md",
@@ -92,12 +121,16 @@ fn every_command_of_the_documentation_works() {
             let robots = ["robots/r1.toml", "robots/helicoid.toml"];
             let all =
                 if line.contains("robots/*.toml") { [&arguments[..], &robots].concat() } else { arguments };
-            let output = cppr_in(folder.path(), &all);
-            assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+            if line.starts_with("view ") && !line.contains("--save") {
+                serves_a_page(&all);
+            } else {
+                let output = cppr_in(folder.path(), &all);
+                assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+            }
             seen += 1;
         }
     }
-    assert!(seen >= 14, "only {seen} commands found");
+    assert!(seen >= 17, "only {seen} commands found");
 }
 
 #[test]
@@ -579,4 +612,85 @@ fn export_says_what_it_wrote_and_refuses_what_it_cannot() {
     refused(&["export", "robots/childs2.toml", "--output", "x.glb"], "by its stiffness, which has no shape");
     refused(&["export", "robots/childs2.toml", "--tube", "1", "--output", "x.dxf"], "by its stiffness");
     assert!(!root().join("x.stl").exists() && !root().join("x.glb").exists());
+}
+
+/// A scenario says the same as options and as an edited robot file.
+#[test]
+fn scenarios_say_what_options_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("state.toml");
+    let path = file.to_str().unwrap();
+    let tip = |arguments: &[&str]| {
+        json(&[arguments, &["--samples", "2", "--json", "-"]].concat())["tip_position_m"].clone()
+    };
+    let text = "stretch = true\ngravity_m_s2 = [0, 0, -9.81]\n[tip]\nforce_N = [0, 0.05, 0]\npoint_mm = [0, 3, 0]\n\
+        [[actuator]]\ntube = 2\npull_mm = 3\ntorque_Nmm = 2\n[[point_force]]\nat_mm = 60\nforce_N = [0, 0, 0.02]\n";
+    std::fs::write(&file, text).unwrap();
+    let options = [
+        "solve",
+        "robots/r1.toml",
+        "--stretch",
+        "--gravity",
+        "0,0,-1g",
+        "--tip-force",
+        "0,0.05,0N",
+        "--tip-point",
+        "0,3,0mm",
+        "--pull",
+        "3mm",
+        "--torque",
+        "2Nmm",
+        "--point-force",
+        "60mm:0,0,0.02N",
+    ];
+    assert_eq!(tip(&["solve", "robots/r1.toml", "--scenario", path]), tip(&options));
+
+    std::fs::write(&file, "[[notches]]\ntube = 1\ndeeper_mm = 0.25\n[[actuator]]\ntube = 2\npull_mm = 6\n")
+        .unwrap();
+    let robot = std::fs::read_to_string(root().join("robots/r3.toml")).unwrap();
+    let deeper = folder.path().join("deeper.toml");
+    std::fs::write(&deeper, robot.replace("[8.2, 7.2]", "[8.45, 7.45]")).unwrap();
+    let (changed, edited) = (
+        tip(&["solve", "robots/r3.toml", "--scenario", path]),
+        tip(&["solve", deeper.to_str().unwrap(), "--pull", "6mm"]),
+    );
+    let same = tip(&["solve", "robots/r3.toml", "--pull", "6mm"]);
+    for axis in 0..2 {
+        let number = |v: &Value| v[axis].as_f64().unwrap();
+        assert!((number(&changed) - number(&edited)).abs() < 1e-12);
+        assert!((number(&changed) - number(&same)).abs() > 1e-5);
+    }
+}
+
+#[test]
+fn wrong_scenarios_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("state.toml");
+    let path = file.to_str().unwrap();
+    refused(&["solve", "robots/r1.toml", "--scenario", "none.toml"], "cannot be read");
+    refused(&["solve", "robots/r1.toml", "--scenario", path, "--pull", "1mm"], "cannot be used with");
+    for (text, fragment) in [
+        ("pull_mm = 3", "unknown field"),
+        ("[[actuator]]\ntube = 2\npull_mm = 1\ntension_N = 2", "pull_mm or tension_N, not both"),
+        ("[[actuator]]\ntube = 2\nrotate_deg = 1\ntorque_Nmm = 2", "rotate_deg or torque_Nmm, not both"),
+        ("[[actuator]]\ntube = 1", "tube 1 is no follower"),
+        ("[[actuator]]\ntube = 2\n[[actuator]]\ntube = 2", "tube 2 is given twice"),
+        ("[[actuator]]\ntube = 2\npull_mm = nan", "not finite"),
+        ("[[actuator]]\ntube = 2\npull_mm = 5000", "Check the unit"),
+        ("[[notches]]\ntube = 1\ndeeper_mm = 50", "leaves nothing of a tube"),
+        ("[[notches]]\ntube = 1\ndeeper_mm = nan", "deeper_mm is NaN"),
+        ("[[notches]]\ntube = 7\ndeeper_mm = 0.1", "there is no tube 7"),
+        ("[tip]\nforce_N = [1, 2]", "line 2"),
+        ("formulation = \"best\"", "consistent"),
+        ("a = ", "line 1"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        refused(&["solve", "robots/r1.toml", "--scenario", path], fragment);
+    }
+    std::fs::write(&file, "gravity_m_s2 = [0, 0, -9.81]\n[[notches]]\ntube = 1\ndeeper_mm = 0.1\n").unwrap();
+    refused(&["solve", "robots/childs3.toml", "--scenario", path], "has no notches to change");
+    std::fs::write(&file, "gravity_m_s2 = [0, 0, -9.81]").unwrap();
+    refused(&["solve", "robots/childs3.toml", "--scenario", path], "has no mass");
+    std::fs::write(&file, "#".repeat(100_000)).unwrap();
+    refused(&["solve", "robots/r1.toml", "--scenario", path], "64 KiB");
 }

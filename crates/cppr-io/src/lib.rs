@@ -17,9 +17,11 @@ pub mod result;
 pub mod result_csv;
 mod result_format;
 pub mod robot_file;
+pub mod scenario;
 mod stiffness;
 mod syntax;
 mod tube_file;
 
 pub use problems::{Excerpt, Problem, Problems};
 pub use robot_file::{NotchPattern, RobotFile, TubeFile};
+pub use scenario::Scenario;

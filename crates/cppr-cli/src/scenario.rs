@@ -1,0 +1,34 @@
+//! A scenario file applied to a robot file.
+
+use crate::Failure;
+use crate::command::read_robot;
+use cppr::design::Robot;
+use cppr::solve::{Command, Settings};
+use cppr_io::{Scenario, scenario};
+use std::io::Read;
+use std::path::Path;
+
+/// Reads a scenario file.
+pub fn read(path: &Path) -> Result<Scenario, Failure> {
+    let shown = path.display();
+    let mut text = String::new();
+    std::fs::File::open(path)
+        // One byte more than allowed is enough to know that there are too many.
+        .and_then(|file| file.take(scenario::LARGEST as u64 + 1).read_to_string(&mut text))
+        .map_err(|error| Failure::Input(format!("{shown}: the file cannot be read ({error})")))?;
+    Scenario::parse(&text).map_err(|problem| Failure::Input(format!("{shown}: {problem}")))
+}
+
+/// The robot with the notches of the scenario, its command, and how to solve.
+pub fn apply(path: &Path, robot: &Path) -> Result<(Robot, Command, Settings), Failure> {
+    let all = |problems: Vec<String>| {
+        let lines: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+        Failure::Input(lines.join("\n"))
+    };
+    let scenario = read(path)?;
+    let (file, _) = read_robot(robot)?;
+    let design = scenario.changed(file.design).map_err(all)?;
+    let robot = Robot::new(design).map_err(|p| all(p.iter().map(ToString::to_string).collect()))?;
+    let command = scenario.command(&robot).map_err(all)?;
+    Ok((robot, command, scenario.settings()))
+}

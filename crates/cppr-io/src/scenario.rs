@@ -1,0 +1,330 @@
+//! Scenario files: TOML that says what is asked of a robot. Actuation, loads, how to solve, changes of the
+//! notches. What `cppr solve --scenario` reads and the live view writes.
+//!
+//! Every table may be left out: actuators that are not named are held, nothing acts, notches stay as they are.
+//! Lengths are in mm, angles in degrees, moments in N mm, as the keys say; vectors are in the base frame
+//! unless told otherwise.
+//!
+//! | table | keys |
+//! |---|---|
+//! | the file | `formulation` ("consistent" or "printed"), `stretch` (false), `rotation_means` ("base" or "relative_angle"), `gravity_m_s2` |
+//! | `[[actuator]]` | `tube` (2, 3, …), `pull_mm` or `tension_N`, `rotate_deg` or `torque_Nmm` |
+//! | `[tip]` | `force_N`, `moment_Nmm`, `point_mm` (in the tip's frame), `turns_with_tip` (false) |
+//! | `[[point_force]]` | `at_mm`, `force_N` |
+//! | `[[distributed]]` | `from_mm`, `to_mm`, `force_N_m` |
+//! | `[[thread]]` | `tension_N`, `pulley_mm`, `radius_mm` (0), `side` ("left" or "right"), `point_mm` (in the tip's frame) |
+//! | `[[notches]]` | `tube` (1, 2, …), `deeper_mm`: added to the notch depth everywhere |
+
+// The keys are the fields' names, and a unit such as N is a capital.
+#![allow(non_snake_case)]
+
+use cppr::Vector3;
+use cppr::design::{Robot, RobotDesign, TubeDesign};
+use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use serde::{Deserialize, Serialize};
+
+/// Largest scenario file (bytes).
+pub const LARGEST: usize = 1 << 16;
+
+/// What is asked of a robot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// Which conditions of equilibrium are solved.
+    pub formulation: FormulationName,
+    /// Do the tubes stretch?
+    pub stretch: bool,
+    /// What a rotation is.
+    pub rotation_means: RotationName,
+    /// Gravitational acceleration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity_m_s2: Option<[f64; 3]>,
+    /// Load on the tip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip: Option<TipLoad>,
+    /// Motion or effort of followers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub actuator: Vec<ActuatorEntry>,
+    /// Forces along the robot.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub point_force: Vec<PointForce>,
+    /// Forces per length.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub distributed: Vec<Distributed>,
+    /// Threads from the tip over pulleys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub thread: Vec<ThreadEntry>,
+    /// Changes of the notches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notches: Vec<NotchChange>,
+}
+
+/// Which conditions of equilibrium are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FormulationName {
+    /// Stationary total energy.
+    #[default]
+    Consistent,
+    /// The paper's projection of wrenches.
+    Printed,
+}
+
+/// What a rotation is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationName {
+    /// Of the follower's base, below the plate.
+    #[default]
+    Base,
+    /// The angle between follower and leader at the plate.
+    RelativeAngle,
+}
+
+/// Motion or effort of one follower; what is left out is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ActuatorEntry {
+    /// Number of the tube, from 2.
+    pub tube: usize,
+    /// Translation, pull positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pull_mm: Option<f64>,
+    /// Force instead, pull positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_N: Option<f64>,
+    /// Rotation, right-handed about +X.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate_deg: Option<f64>,
+    /// Torque instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_Nmm: Option<f64>,
+}
+
+/// Load on the tip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TipLoad {
+    /// Force.
+    pub force_N: [f64; 3],
+    /// Moment.
+    pub moment_Nmm: [f64; 3],
+    /// Where the force acts, in the tip's frame.
+    pub point_mm: [f64; 3],
+    /// Do both turn with the tip?
+    pub turns_with_tip: bool,
+}
+
+/// A dead force on the centre of a section.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointForce {
+    /// The leader's abscissa.
+    pub at_mm: f64,
+    /// Force.
+    pub force_N: [f64; 3],
+}
+
+/// A dead force per length of the leader.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Distributed {
+    /// First abscissa of the leader.
+    pub from_mm: f64,
+    /// Last abscissa of the leader.
+    pub to_mm: f64,
+    /// Force per length.
+    pub force_N_m: [f64; 3],
+}
+
+/// A thread from the tip over a pulley.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThreadEntry {
+    /// Its tension.
+    pub tension_N: f64,
+    /// Centre of the pulley.
+    pub pulley_mm: [f64; 3],
+    /// Radius of the pulley.
+    #[serde(default)]
+    pub radius_mm: f64,
+    /// Side on which the thread runs onto it.
+    #[serde(default)]
+    pub side: Side,
+    /// Where it is tied, in the tip's frame.
+    #[serde(default)]
+    pub point_mm: [f64; 3],
+}
+
+/// Side of a pulley.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// Seen from the tip along the thread with +Z up.
+    #[default]
+    Left,
+    /// The other.
+    Right,
+}
+
+/// Notches of one tube, cut deeper or less deep.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NotchChange {
+    /// Number of the tube, from 1.
+    pub tube: usize,
+    /// Added to the depth everywhere.
+    pub deeper_mm: f64,
+}
+
+fn metres(v: [f64; 3]) -> Vector3<f64> {
+    Vector3::from(v) * 1e-3
+}
+
+impl Scenario {
+    /// Reads a scenario from the text of a file.
+    ///
+    /// # Errors
+    /// The first problem, with its line.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text.len() > LARGEST {
+            return Err("a scenario of more than 64 KiB: is it another file?".into());
+        }
+        toml::from_str(text).map_err(|e| e.to_string().trim_end().to_string())
+    }
+
+    /// The scenario as the text of a file, for [`Scenario::parse`].
+    ///
+    /// # Errors
+    /// What the TOML writer says.
+    pub fn to_toml(&self) -> Result<String, String> {
+        toml::to_string(self).map_err(|e| e.to_string())
+    }
+
+    /// How to solve, at the given resolution.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        let formulation = match self.formulation {
+            FormulationName::Consistent => Formulation::Consistent,
+            FormulationName::Printed => Formulation::Printed,
+        };
+        let settings = Settings { formulation, ..Settings::default() };
+        if self.stretch { settings.with_stretch() } else { settings }
+    }
+
+    /// The design with its notches changed.
+    ///
+    /// # Errors
+    /// Every change that cannot be made. Whether the changed notches leave anything of a tube, [`Robot::new`] says.
+    pub fn changed(&self, mut design: RobotDesign) -> Result<RobotDesign, Vec<String>> {
+        let mut problems = Vec::new();
+        let count = design.tubes.len();
+        for change in &self.notches {
+            let number = change.tube;
+            if !change.deeper_mm.is_finite() {
+                problems.push(format!("notches, tube {number}: deeper_mm is {}", change.deeper_mm));
+                continue;
+            }
+            match number.checked_sub(1).and_then(|i| design.tubes.get_mut(i)) {
+                Some(TubeDesign::Notched(tube)) => tube.depth = tube.depth.shifted(change.deeper_mm * 1e-3),
+                Some(TubeDesign::Stiffness(_)) => problems.push(format!(
+                    "notches, tube {number}: it is given by its stiffness and has no notches to change"
+                )),
+                None => problems
+                    .push(format!("notches: there is no tube {number}; this robot has tubes 1 to {count}")),
+            }
+        }
+        if problems.is_empty() { Ok(design) } else { Err(problems) }
+    }
+
+    /// The command for a robot.
+    ///
+    /// # Errors
+    /// Every entry that cannot be asked of it. What concerns single numbers, [`Command::check`] says.
+    pub fn command(&self, robot: &Robot) -> Result<Command, Vec<String>> {
+        let mut command = Command { loads: self.loads(), ..Command::held(robot) };
+        if self.rotation_means == RotationName::RelativeAngle {
+            command.knob = RotationKnob::RelativeAngle;
+        }
+        let mut problems = Vec::new();
+        let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
+        if self.gravity_m_s2.is_some() && (0..robot.tube_count()).all(massless) {
+            problems.push("gravity_m_s2: this robot has no mass; add a density to its file".to_string());
+        }
+        let mut taken = vec![false; robot.follower_count()];
+        for entry in &self.actuator {
+            let number = entry.tube;
+            let index = number.checked_sub(2).filter(|&i| i < robot.follower_count());
+            let Some(index) = index else {
+                problems.push(format!(
+                    "actuator: tube {number} is no follower; those of this robot are {}",
+                    followers(robot)
+                ));
+                continue;
+            };
+            if std::mem::replace(&mut taken[index], true) {
+                problems.push(format!("actuator: tube {number} is given twice"));
+            }
+            let pull = one(entry.pull_mm, entry.tension_N, 1e-3, 1.0);
+            let turn = one(entry.rotate_deg, entry.torque_Nmm, std::f64::consts::PI / 180.0, 1e-3);
+            let both = match (pull, turn) {
+                (Some(push_pull), Some(rotation)) => {
+                    command.actuators[index] = Actuator { push_pull, rotation };
+                    continue;
+                }
+                (None, _) => "pull_mm or tension_N",
+                _ => "rotate_deg or torque_Nmm",
+            };
+            problems.push(format!("actuator of tube {number}: give {both}, not both"));
+        }
+        if problems.is_empty() { Ok(command) } else { Err(problems) }
+    }
+
+    fn loads(&self) -> Loads {
+        let mut loads = Loads::none();
+        loads.gravity = self.gravity_m_s2.map(Vector3::from);
+        loads.wrenches.extend(self.tip.map(|tip| Wrench {
+            force: tip.force_N.into(),
+            moment: Vector3::from(tip.moment_Nmm) * 1e-3,
+            frame: if tip.turns_with_tip { Frame::Section } else { Frame::World },
+            station: Station::Tip,
+            point: metres(tip.point_mm),
+        }));
+        loads.wrenches.extend(self.point_force.iter().map(|p| Wrench {
+            station: Station::Label(p.at_mm * 1e-3),
+            ..Wrench::tip_force(p.force_N.into())
+        }));
+        loads.distributed.extend(self.distributed.iter().map(|d| DistributedForce {
+            force: d.force_N_m.into(),
+            from: d.from_mm * 1e-3,
+            to: d.to_mm * 1e-3,
+        }));
+        loads.threads.extend(self.thread.iter().map(|t| Thread {
+            tension: t.tension_N,
+            pulley: metres(t.pulley_mm),
+            radius: t.radius_mm * 1e-3,
+            left: t.side == Side::Left,
+            point: metres(t.point_mm),
+        }));
+        loads
+    }
+}
+
+/// The followers of a robot, for people.
+fn followers(robot: &Robot) -> String {
+    match robot.tube_count() {
+        1 => "none".into(),
+        2 => "2".into(),
+        count => format!("2 to {count}"),
+    }
+}
+
+/// Motion or effort in SI; `None` where both are given.
+fn one(motion: Option<f64>, effort: Option<f64>, motion_unit: f64, effort_unit: f64) -> Option<Drive> {
+    match (motion, effort) {
+        (Some(_), Some(_)) => None,
+        (None, Some(effort)) => Some(Drive::Effort(effort * effort_unit)),
+        (motion, None) => Some(Drive::Motion(motion.unwrap_or(0.0) * motion_unit)),
+    }
+}

@@ -1,0 +1,178 @@
+//! What the page must know of a robot: its tubes as they are cut, and how far its controls reach.
+
+use cppr::analysis::Shape;
+use cppr::design::{Outline, Robot, TubeDesign};
+use cppr_io::RobotFile;
+use cppr_mesh::{Detail, TubeOptions, tube_mesh};
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// Places along a tube at which its cut is given.
+const SAMPLES: u16 = 64;
+
+/// A robot for the page.
+#[derive(Clone, Debug, Serialize)]
+pub struct Description {
+    kind: &'static str,
+    /// The same robot with other notches?
+    changed: bool,
+    name: String,
+    length_mm: f64,
+    tubes: Vec<Tube>,
+    controls: Vec<Control>,
+    /// Forces on the tip that bend the robot visibly.
+    #[serde(rename = "force_N")]
+    force: f64,
+    has_mass: bool,
+    can_stretch: bool,
+    columns: &'static [&'static str],
+}
+
+/// One tube.
+#[derive(Clone, Debug, Serialize)]
+struct Tube {
+    outer_mm: Option<f64>,
+    inner_mm: Option<f64>,
+    /// Sides of a polygon, 0 for a round tube.
+    sides: u32,
+    notch_mm: f64,
+    tooth_mm: f64,
+    count: u32,
+    /// Does the pattern go on below the plate?
+    continued: bool,
+    /// Factor on the centroid offset in the kinematics, which the section itself has not.
+    offset_factor: f64,
+    /// At [`SAMPLES`] + 1 places from base to tip.
+    depth_mm: Vec<f64>,
+    /// Where the centroid is, about the axis from +Y towards +Z.
+    direction_rad: Vec<f64>,
+    /// The thickest that can be cut away.
+    depth_limit_mm: f64,
+}
+
+/// Reach of the controls of one follower: about half a turn of the tip.
+#[derive(Clone, Debug, Serialize)]
+struct Control {
+    tube: usize,
+    pull_mm: f64,
+    #[serde(rename = "tension_N")]
+    tension: f64,
+    rotate_deg: f64,
+    #[serde(rename = "torque_Nmm")]
+    torque: f64,
+}
+
+impl Description {
+    /// Describes a robot, its notches as they are now; `changed` where the page knows it with others.
+    pub fn new(file: &RobotFile, robot: &Robot, changed: bool) -> Self {
+        let length = robot.length();
+        let middle = |tube| robot.fields_at(tube, 0.5 * length);
+        let tubes = 0..robot.tube_count();
+        let bending: f64 = tubes.clone().map(|t| middle(t).bending_z).sum();
+        let torsion: f64 = tubes.clone().map(|t| middle(t).torsion).sum();
+        let controls = (1..robot.tube_count()).map(|t| Control {
+            tube: t + 1,
+            pull_mm: longest_pull(robot, t) * 1e3,
+            tension: nice(bending * PI / (length * lever(robot, t))),
+            rotate_deg: 180.0,
+            torque: nice(torsion * PI / length * 1e3),
+        });
+        Self {
+            kind: "robot",
+            changed,
+            name: robot.design().name.clone(),
+            length_mm: length * 1e3,
+            controls: controls.collect(),
+            force: nice(3.0 * bending / (length * length)),
+            has_mass: tubes.clone().any(|t| middle(t).mass_per_length > 0.0),
+            can_stretch: robot.has_axial_stiffness(),
+            tubes: tubes.map(|t| Tube::new(file, robot, t)).collect(),
+            columns: &crate::message::COLUMNS,
+        }
+    }
+}
+
+/// Distance of the centroid lines of a follower and the leader halfway (m).
+fn lever(robot: &Robot, tube: usize) -> f64 {
+    let offset = |t| robot.fields_at(t, 0.5 * robot.length()).centroid_offset;
+    (offset(0) + offset(tube)).max(1e-5)
+}
+
+/// The motion that turns the tip by about half a turn (m).
+fn longest_pull(robot: &Robot, tube: usize) -> f64 {
+    nice((PI * lever(robot, tube)).min(0.25 * robot.length()) * 1e3) * 1e-3
+}
+
+/// Sections of a body along the robot.
+const STEPS: f64 = 50.0;
+/// What of a follower is drawn below the plate: its longest push and some more.
+const BELOW: f64 = 1.2;
+/// Sharpest bend that is shaded smoothly (rad).
+const CREASE: f64 = 0.5;
+
+/// The bodies of all tubes whose geometry is known, as messages.
+pub fn bodies(file: &RobotFile, robot: &Robot) -> Vec<Vec<u8>> {
+    let length = robot.length();
+    let body = |tube: usize| {
+        let below = if tube == 0 { 0.0 } else { BELOW * longest_pull(robot, tube) };
+        let options = TubeOptions { below, ..TubeOptions::plain(Detail::drawing(length / STEPS)) };
+        // A tube that is given by its stiffness is drawn as its centroid line.
+        let mesh = tube_mesh(file, tube, &options).ok()?;
+        Some(crate::message::mesh(tube, &mesh.shaded(CREASE)))
+    };
+    (0..robot.tube_count()).filter_map(body).collect()
+}
+
+impl Tube {
+    fn new(file: &RobotFile, robot: &Robot, index: usize) -> Self {
+        let (length, own) = (robot.length(), file.tubes.get(index));
+        let along = |value: &dyn Fn(f64) -> f64| {
+            (0..=SAMPLES).map(|i| value(length * f64::from(i) / f64::from(SAMPLES))).collect()
+        };
+        let notched = match &robot.design().tubes[index] {
+            TubeDesign::Notched(tube) => Some(tube),
+            TubeDesign::Stiffness(_) => None,
+        };
+        let pattern = own.and_then(|t| t.notches);
+        Self {
+            outer_mm: own.and_then(|t| t.outer_radius).map(|r| r * 1e3),
+            inner_mm: own.and_then(|t| t.inner_radius).map(|r| r * 1e3),
+            sides: match notched.map(|t| &t.outline) {
+                Some(Outline::Polygon { sides, .. }) => u32::try_from(*sides).unwrap_or(0),
+                _ => 0,
+            },
+            notch_mm: pattern.map_or(0.0, |p| p.length * 1e3),
+            tooth_mm: pattern.map_or(0.0, |p| p.tooth * 1e3),
+            count: pattern.map_or(0, |p| p.count),
+            continued: notched.is_some_and(|t| t.below == cppr::design::BelowPlate::Continued),
+            offset_factor: own.map_or(1.0, |t| t.centroid_offset_factor),
+            depth_mm: notched.map_or_else(Vec::new, |t| along(&|x| t.depth.eval(x, length)[0] * 1e3)),
+            direction_rad: along(&|x| robot.fields_at(index, x).direction),
+            depth_limit_mm: notched.map_or(0.0, |t| t.outline.depth_limit() * 1e3),
+        }
+    }
+}
+
+/// Number of tubes of a shape.
+pub fn tubes(shape: &Shape) -> usize {
+    shape.sections.first().map_or(0, |s| s.tubes.len())
+}
+
+/// The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 … times a power of ten.
+fn nice(value: f64) -> f64 {
+    let unit = 10_f64.powf(value.max(1e-9).log10().floor());
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+    steps.iter().map(|step| step * unit).find(|&step| step >= value * (1.0 - 1e-9)).unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nice;
+
+    #[test]
+    fn nice_numbers_are_nice() {
+        for (value, want) in [(13.2, 15.0), (0.42, 0.5), (9.1, 10.0), (1.0, 1.0), (0.0011, 0.0015)] {
+            assert!((nice(value) - want).abs() < 1e-12 * want, "{value}");
+        }
+    }
+}

@@ -1,0 +1,438 @@
+//! What one page asks and what it is told: its robot, the last equilibrium, and the next one from there.
+//!
+//! Every solve starts at the last stable equilibrium, as a robot moves; from rest where the page asks for it.
+
+use crate::describe::{self, Description};
+use crate::message::{self, SECTIONS};
+use axum::extract::ws::Message;
+use cppr::analysis::{SectionLimit, Shape, Teeth, section_limits, stability::stability};
+use cppr::design::{DesignProblem, Robot};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve_into};
+use cppr_io::scenario::NotchChange;
+use cppr_io::{Problems, RobotFile, Scenario};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::time::Instant;
+
+/// A message of the page.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Request {
+    /// Solve this.
+    Solve(Box<Solve>),
+    /// Show the robot of a file; without one that with which the program was started.
+    Robot(Option<File>),
+    /// Turn the text of a scenario file into a scenario.
+    ReadScenario(File),
+    /// Turn a scenario into the text of a file.
+    WriteScenario(Box<Scenario>),
+    /// Where the tip can go.
+    Workspace(Box<Cloud>),
+}
+
+/// A file that was given to the page.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct File {
+    /// Its name, for messages.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Solve a scenario.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct Solve {
+    /// Number of the request, given back with the answer.
+    pub id: u32,
+    /// What is asked.
+    pub scenario: Scenario,
+    /// Start at rest rather than at the last equilibrium.
+    #[serde(default)]
+    pub from_rest: bool,
+}
+
+/// Tip positions over ranges of the actuators, the rest as in a scenario.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Cloud {
+    /// Loads and how to solve.
+    pub scenario: Scenario,
+    /// Which actuators are moved.
+    pub ranges: Vec<Range>,
+    /// Number of poses.
+    pub count: u32,
+}
+
+/// Ranges of one follower's motions.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Range {
+    /// Number of the tube.
+    pub tube: usize,
+    /// From and to.
+    pub pull_mm: [f64; 2],
+    /// From and to.
+    pub rotate_deg: [f64; 2],
+}
+
+/// Head of the message that carries a pose.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pose {
+    /// `pose`.
+    pub kind: &'static str,
+    /// Of the request.
+    pub id: u32,
+    /// `converged` or `unstable`.
+    pub status: &'static str,
+    /// The same as a sentence.
+    pub text: String,
+    /// Centre of the tip section.
+    pub tip_mm: [f64; 3],
+    /// Direction of the axis there.
+    pub direction: [f64; 3],
+    /// Angle between that and +X.
+    pub bend_deg: f64,
+    /// One per follower.
+    pub actuators: Vec<ActuatorState>,
+    /// Elastic energy of all tubes.
+    #[serde(rename = "energy_mJ")]
+    pub energy: f64,
+    /// 1 at rest, 0 where the robot snaps; none in the printed formulation.
+    pub margin: Option<f64>,
+    /// Every notch.
+    pub limits: Vec<NotchLimit>,
+    /// Newton steps.
+    pub iterations: usize,
+    /// Time of the solve (µs).
+    pub solve_us: f64,
+    /// Sections in the floats.
+    pub sections: usize,
+    /// Tubes in the floats.
+    pub tubes: usize,
+}
+
+/// Where an actuator stands and what it exerts.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ActuatorState {
+    tube: usize,
+    pull_mm: f64,
+    rotate_deg: f64,
+    #[serde(rename = "tension_N")]
+    tension: f64,
+    #[serde(rename = "torque_Nmm")]
+    torque: f64,
+}
+
+/// How near a notch is to closing.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NotchLimit {
+    tube: usize,
+    /// Rest abscissa of its middle.
+    x_mm: f64,
+    /// 1 where the teeth touch, negative where the notch opens.
+    closure: Option<f64>,
+    /// Largest strain.
+    strain: f64,
+}
+
+/// Takes a message to the page; false where the page is gone.
+pub type Send<'a> = &'a mut dyn FnMut(Message) -> bool;
+
+/// A robot as it is solved.
+struct Model {
+    file: RobotFile,
+    robot: Robot,
+    changes: Vec<NotchChange>,
+    /// Last stable equilibrium.
+    good: Option<Equilibrium>,
+}
+
+/// Poses of a cloud that are still to be solved.
+struct Background {
+    command: Command,
+    settings: Settings,
+    ranges: Vec<Range>,
+    next: u32,
+    count: u32,
+    last: Equilibrium,
+}
+
+/// State of one connection.
+pub struct Session {
+    /// The robot with which the program was started.
+    first: RobotFile,
+    /// What is asked of it at first.
+    start: Option<Scenario>,
+    model: Option<Model>,
+    workspace: Workspace,
+    background: Option<Background>,
+}
+
+/// Poses of a cloud between two looks at what else is to be done.
+const CHUNK: u32 = 24;
+/// Most poses of a cloud.
+const MOST_POSES: u32 = 20_000;
+
+/// Something that is wrong with a message, as a message.
+#[must_use]
+pub fn problem(text: &str) -> Message {
+    Message::Text(json!({"kind": "problem", "text": text}).to_string().into())
+}
+
+fn text(value: &impl Serialize) -> Message {
+    Message::Text(serde_json::to_string(value).unwrap_or_default().into())
+}
+
+/// The problems of a file, one by one.
+fn list(problems: &Problems) -> Vec<String> {
+    let place = |line| if line > 0 { format!("line {line}: ") } else { String::new() };
+    let mut list: Vec<String> = problems.list.iter().map(|p| format!("{}{p}", place(p.line))).collect();
+    if problems.omitted > 0 {
+        list.push(format!("{} more problems are not listed.", problems.omitted));
+    }
+    list
+}
+
+fn sentences(problems: &[DesignProblem]) -> Vec<String> {
+    problems.iter().map(ToString::to_string).collect()
+}
+
+impl Session {
+    /// Of a page that will ask for its robot.
+    #[must_use]
+    pub fn new(first: RobotFile, start: Option<Scenario>) -> Self {
+        Self { first, start, model: None, workspace: Workspace::new(), background: None }
+    }
+
+    /// Takes a robot and describes it to the page.
+    fn show(&mut self, name: &str, file: RobotFile, send: Send) -> bool {
+        match Robot::new(file.design.clone()) {
+            Ok(robot) => {
+                self.background = None;
+                let model = self.model.insert(Model { file, robot, changes: Vec::new(), good: None });
+                model.describe(false, send)
+            }
+            Err(problems) => send(refused_file(name, &sentences(&problems))),
+        }
+    }
+
+    /// Answers one request; false where the page is gone.
+    pub fn answer(&mut self, request: Request, send: Send) -> bool {
+        match request {
+            Request::Solve(solve) => self.solve(&solve, send),
+            Request::Robot(None) => {
+                let start = self.start.clone();
+                self.show("The robot", self.first.clone(), send)
+                    && start.is_none_or(|s| send(text(&json!({"kind": "start", "scenario": s}))))
+            }
+            Request::Robot(Some(given)) => match cppr_io::robot_file::parse(&given.text) {
+                Ok(file) => self.show(&given.name, file, send),
+                Err(problems) => send(refused_file(&given.name, &list(&problems))),
+            },
+            Request::ReadScenario(given) => match Scenario::parse(&given.text) {
+                Ok(scenario) => send(text(&json!({"kind": "scenario", "scenario": scenario}))),
+                Err(problem) => send(refused_file(&given.name, &[problem])),
+            },
+            Request::WriteScenario(scenario) => match scenario.to_toml() {
+                Ok(toml) => send(text(&json!({"kind": "file", "text": toml}))),
+                Err(message) => send(problem(&message)),
+            },
+            Request::Workspace(cloud) => self.start_cloud(&cloud, send),
+        }
+    }
+
+    fn solve(&mut self, asked: &Solve, send: Send) -> bool {
+        let refuse = |status: &str, reasons: &[String], send: Send| {
+            send(text(&json!({"kind": "refused", "id": asked.id, "status": status, "reasons": reasons})))
+        };
+        let Some(model) = &mut self.model else {
+            return refuse("wrong", &["there is no robot".into()], send);
+        };
+        match model.change(&asked.scenario.notches) {
+            Ok(false) => {}
+            Ok(true) => {
+                self.background = None;
+                if !model.describe(true, send) {
+                    return false;
+                }
+            }
+            Err(problems) => return refuse("wrong", &problems, send),
+        }
+        let command = match asked.scenario.command(&model.robot) {
+            Ok(command) => command,
+            Err(problems) => return refuse("wrong", &problems, send),
+        };
+        let settings = asked.scenario.settings();
+        let robot = &model.robot;
+        let start = model.good.take().filter(|_| !asked.from_rest);
+        let mut found = match start {
+            Some(good) if good.settings == settings => good,
+            _ => Equilibrium::rest(robot, &settings),
+        };
+        let before = found.clone();
+        let clock = Instant::now();
+        if let Err(problem) = solve_into(robot, &mut self.workspace, &command, &settings, &mut found) {
+            model.good = Some(before);
+            return refuse("wrong", &[problem.to_string()], send);
+        }
+        let solve_us = clock.elapsed().as_secs_f64() * 1e6;
+        if !found.status.is_equilibrium() {
+            model.good = Some(before);
+            return refuse("not_converged", &[found.status.to_string()], send);
+        }
+        let shape = Shape::sampled(robot, &mut self.workspace, &found, SECTIONS);
+        let margin = stability(robot, &mut self.workspace, &found).map(|s| s.margin);
+        let limits = section_limits(robot, &mut self.workspace, &found, Teeth::Rigid);
+        let mut pose = Pose::new(asked.id, &found, &shape, solve_us);
+        pose.margin = margin;
+        pose.limits = limits.iter().map(NotchLimit::from).collect();
+        let bytes = message::encode(&pose, &message::floats(robot, &shape));
+        model.good = Some(if found.status == Status::Converged { found } else { before });
+        send(Message::Binary(bytes.into()))
+    }
+
+    /// Is there something to do while the page asks nothing?
+    #[must_use]
+    pub fn has_background_work(&self) -> bool {
+        self.background.is_some()
+    }
+
+    fn start_cloud(&mut self, cloud: &Cloud, send: Send) -> bool {
+        self.background = None;
+        let Some(model) = &self.model else { return send(problem("there is no robot")) };
+        let mut command = match cloud.scenario.command(&model.robot) {
+            Ok(command) => command,
+            Err(problems) => return send(problem(&problems.join("\n"))),
+        };
+        let finite = |range: &Range| range.pull_mm.iter().chain(&range.rotate_deg).all(|v| v.is_finite());
+        let known = |range: &Range| (2..command.actuators.len() + 2).contains(&range.tube);
+        if cloud.ranges.is_empty() || !cloud.ranges.iter().all(|r| finite(r) && known(r)) {
+            return send(problem("a workspace needs the ranges of followers of this robot"));
+        }
+        for range in &cloud.ranges {
+            command.actuators[range.tube - 2] = Actuator::HELD;
+        }
+        let settings = cloud.scenario.settings();
+        self.background = Some(Background {
+            command,
+            settings,
+            ranges: cloud.ranges.clone(),
+            next: 0,
+            count: cloud.count.min(MOST_POSES),
+            last: Equilibrium::rest(&model.robot, &settings),
+        });
+        true
+    }
+
+    /// Solves some poses of the cloud; false where the page is gone.
+    pub fn background(&mut self, send: Send) -> bool {
+        let (Some(model), Some(work)) = (&self.model, &mut self.background) else { return true };
+        let mut floats = Vec::new();
+        let end = (work.next + CHUNK).min(work.count);
+        for index in work.next..end {
+            for (i, range) in work.ranges.iter().enumerate() {
+                let part = |bounds: [f64; 2], base: usize| {
+                    bounds[0] + (bounds[1] - bounds[0]) * halton(index + 1, PRIMES[base % PRIMES.len()])
+                };
+                work.command.actuators[range.tube - 2] = Actuator {
+                    push_pull: Drive::Motion(part(range.pull_mm, 2 * i) * 1e-3),
+                    rotation: Drive::Motion(part(range.rotate_deg, 2 * i + 1).to_radians()),
+                };
+            }
+            let done =
+                solve_into(&model.robot, &mut self.workspace, &work.command, &work.settings, &mut work.last);
+            if done.is_err() || work.last.status != Status::Converged {
+                work.last = Equilibrium::rest(&model.robot, &work.settings);
+                continue;
+            }
+            let (_, tip) = cppr::analysis::shape::tip_pose(&model.robot, &mut self.workspace, &work.last);
+            #[allow(clippy::cast_possible_truncation, reason = "for drawing")]
+            floats.extend(tip.iter().map(|v| (v * 1e3) as f32));
+        }
+        work.next = end;
+        let done = end >= work.count;
+        let head = json!({"kind": "cloud", "done": done, "solved": end, "count": work.count});
+        if done {
+            self.background = None;
+        }
+        send(Message::Binary(message::encode(&head, &floats).into()))
+    }
+}
+
+impl Model {
+    /// Tells the page all about the robot; false where the page is gone.
+    fn describe(&self, changed: bool, send: Send) -> bool {
+        let file = RobotFile { design: self.robot.design().clone(), ..self.file.clone() };
+        send(text(&Description::new(&file, &self.robot, changed)))
+            && describe::bodies(&file, &self.robot).into_iter().all(|body| send(Message::Binary(body.into())))
+    }
+
+    /// Brings the notches to the given changes; true where the robot is another one then.
+    fn change(&mut self, changes: &[NotchChange]) -> Result<bool, Vec<String>> {
+        if self.changes == changes {
+            return Ok(false);
+        }
+        let scenario = Scenario { notches: changes.to_vec(), ..Scenario::default() };
+        let design = scenario.changed(self.file.design.clone())?;
+        self.robot = Robot::new(design).map_err(|p| sentences(&p))?;
+        self.changes = changes.to_vec();
+        self.good = None;
+        Ok(true)
+    }
+}
+
+impl From<&SectionLimit> for NotchLimit {
+    fn from(limit: &SectionLimit) -> Self {
+        let SectionLimit { tube, abscissa, closure, strain, .. } = *limit;
+        Self { tube, x_mm: abscissa * 1e3, closure, strain }
+    }
+}
+
+impl Pose {
+    fn new(id: u32, found: &Equilibrium, shape: &Shape, solve_us: f64) -> Self {
+        let tip = shape.sections.last();
+        let direction = tip.map_or_else(cppr::Vector3::x, |s| s.rotation.column(0).into_owned());
+        let actuators = found.actuators.iter().enumerate();
+        Self {
+            kind: "pose",
+            id,
+            status: if found.status == Status::Unstable { "unstable" } else { "converged" },
+            text: found.status.to_string(),
+            tip_mm: tip.map_or([0.0; 3], |s| (s.centre * 1e3).into()),
+            direction: direction.into(),
+            bend_deg: direction.x.clamp(-1.0, 1.0).acos().to_degrees(),
+            actuators: actuators
+                .map(|(f, a)| ActuatorState {
+                    tube: f + 2,
+                    pull_mm: a.motion * 1e3,
+                    rotate_deg: a.rotation.to_degrees(),
+                    tension: a.tension,
+                    torque: a.torque * 1e3,
+                })
+                .collect(),
+            energy: found.elastic_energy * 1e3,
+            margin: None,
+            limits: Vec::new(),
+            iterations: found.statistics.iterations,
+            solve_us,
+            sections: shape.sections.len(),
+            tubes: describe::tubes(shape),
+        }
+    }
+}
+
+fn refused_file(name: &str, problems: &[String]) -> Message {
+    text(&json!({"kind": "bad_file", "name": name, "problems": problems}))
+}
+
+/// Bases of the Halton sequence.
+const PRIMES: [u32; 10] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29];
+
+/// The digits of `index` mirrored at the point: evenly spread over (0, 1) whatever the count.
+fn halton(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0);
+    while index > 0 {
+        digit /= f64::from(base);
+        value += digit * f64::from(index % base);
+        index /= base;
+    }
+    value
+}

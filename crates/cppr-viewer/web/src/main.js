@@ -1,0 +1,285 @@
+// The page: what is asked, who answers, what is shown.
+
+import "./style.css";
+import { Arrow } from "./arrow.js";
+import { COLOURINGS, Legend, range, sectionValue } from "./colouring.js";
+import { controlPanel } from "./panel.js";
+import { choice, download, el, select, tick } from "./dom.js";
+import { png, svg } from "./picture.js";
+import { Plots } from "./plots.js";
+import { Pose } from "./pose.js";
+import { Readout } from "./readout.js";
+import { Saved } from "./saved.js";
+import { Stage, VIEWS } from "./scene.js";
+import { Live } from "./source.js";
+import { Store, trimmed } from "./store.js";
+
+const saved = document.getElementById("saved");
+const source = saved ? new Saved(saved.textContent) : new Live();
+const store = new Store();
+
+const app = document.getElementById("app");
+const name = el("h1", {}, "cppr");
+const tools = el("div", { className: "tools" });
+const left = el("form", { className: "side left", "aria-label": "Controls", onsubmit: () => false });
+const host = el("div", { className: "stage" });
+const readout = new Readout();
+const banner = el("div", { className: "banner", role: "alert", hidden: true });
+const problems = el("dialog", { className: "problems" });
+const legend = new Legend();
+const scale = el("div", { className: "scale" });
+const plots = new Plots((section) => stage.highlight(section));
+const right = el("aside", { className: "side right", "aria-label": "Results" }, readout.node, plots.node);
+app.append(el("header", {}, name, tools), el("main", {}, left, host, right), problems);
+const stage = new Stage(host);
+host.append(legend.node, scale, banner);
+
+let robot = null;
+let columns = [];
+let panel = null;
+let refused = null;
+let colouring = "tube";
+let again = false;
+
+const arrow = new Arrow(stage, {
+  live: source.live,
+  move: (force) => {
+    store.change((s) => (s.tip.force_N = force));
+    panel?.show();
+  },
+  done: () => store.settle(),
+});
+stage.drawn = () => arrow.face();
+
+function arrowColour() {
+  return stage.theme === "dark" ? "#f0c419" : "#b3540a";
+}
+
+function paint() {
+  const limits = stage.pose && robot ? range(colouring, stage.pose, robot.tubes) : [0, 1];
+  const { mode, signed = false } = COLOURINGS[colouring];
+  stage.paint({ mode, signed, range: limits, dimmed: refused !== null });
+  legend.set(colouring, limits);
+  if (robot) arrow.update(store.scenario.tip.force_N, arrowColour());
+}
+
+function bend() {
+  const { pose } = store;
+  if (!pose) return;
+  stage.bend(pose, (t) => sectionValue(colouring, pose, t, robot.tubes[t]));
+  const limits = range(colouring, pose, robot.tubes);
+  const old = stage.painted;
+  if (old.dimmed !== (refused !== null) || String(old.range) !== String(limits) || old.mode !== COLOURINGS[colouring].mode) paint();
+  else arrow.update(store.scenario.tip.force_N, arrowColour());
+}
+
+function begin(description) {
+  const changed = description.changed && robot !== null;
+  const same = again && robot?.name === description.name && robot.controls.length === description.controls.length;
+  again = false;
+  robot = description;
+  columns = robot.columns;
+  name.textContent = robot.name;
+  document.title = `${robot.name} – cppr`;
+  stage.begin(robot);
+  arrow.begin(robot.force_N);
+  plots.begin(robot.tubes);
+  scale.textContent = `grid ${stage.gridStep} mm`;
+  store.pose = null;
+  if (changed) return;
+  if (same) {
+    store.robot = robot;
+    source.solve(store.scenario, true);
+  } else {
+    refused = null;
+    store.begin(robot);
+    stage.look("aslant");
+  }
+  panel = source.live ? controlPanel(store, robot) : source.panel();
+  left.replaceChildren(...panel.nodes, ...views());
+}
+let begun = false;
+
+function listProblems(title, list) {
+  const close = el("button", { type: "button", textContent: "Close", autofocus: true, onclick: () => problems.close() });
+  problems.replaceChildren(el("h2", {}, title), el("ol", {}, ...list.map((p) => el("li", {}, el("pre", {}, p)))), close);
+  if (!problems.open) problems.showModal();
+}
+
+function refuse(reasons) {
+  refused = reasons;
+  const shown = reasons.slice(0, 6).join("\n");
+  banner.textContent = shown;
+  banner.hidden = false;
+  readout.say("bad", "No equilibrium is shown for this command; the last one is dimmed.");
+  paint();
+}
+
+const messages = {
+  robot: begin,
+  mesh: (message) => {
+    stage.tubes[message.tube]?.body(message);
+    bend();
+    paint();
+  },
+  pose: (message) => {
+    if (!robot || message.tubes !== robot.tubes.length) return;
+    refused = null;
+    banner.hidden = true;
+    begun = true;
+    store.pose = new Pose(message, columns);
+    bend();
+    readout.pose(store.pose, store.scenario);
+    readout.note.textContent = source.live ? `${message.iterations} Newton steps, ${(message.solve_us / 1000).toFixed(2)} ms` : "";
+    plots.pose(store.pose);
+  },
+  refused: ({ reasons }) => refuse(reasons),
+  bad_file: ({ name: file, problems: list }) => listProblems(`${file} cannot be used`, list),
+  problem: ({ text }) => listProblems("The server does not understand the page", [text]),
+  scenario: ({ scenario }) => store.replace(scenario),
+  // With which the program was started; not after a lost connection, and not for undo.
+  start: ({ scenario }) => begun || store.start(scenario),
+  file: ({ text }) => download(`${robot.name}-state.toml`, text, "application/toml"),
+  cloud: (message) => {
+    stage.addCloud(message.floats);
+    cloudNote.textContent = message.done ? "" : ` ${message.solved} of ${message.count}`;
+  },
+};
+
+source.addEventListener("message", ({ detail }) => messages[detail.kind]?.(detail));
+source.addEventListener("open", () => (again = robot !== null));
+source.addEventListener("lost", () => {
+  readout.say("bad", "The connection is lost; trying again …");
+  if (store.pose) refuse(["The connection to the program is lost. If it was ended, start it again."]);
+});
+store.addEventListener("change", ({ detail }) => {
+  source.solve(store.scenario, resting);
+  resting = false;
+  if (detail.outside) panel?.show();
+  if (stage.description) arrow.update(store.scenario.tip.force_N, arrowColour());
+});
+let resting = false;
+
+function reset() {
+  resting = true;
+  const fresh = structuredClone(store.scenario);
+  store.replace({ formulation: fresh.formulation, stretch: fresh.stretch });
+  stage.clearTrace();
+}
+
+/** What is shown, below the controls. */
+const cloudNote = el("span");
+function views() {
+  const toggle = (key, label, title = "") =>
+    tick(label, stage.show[key], (v) => {
+      stage.show[key] = v;
+      if (key === "trace") stage.clearTrace();
+      bend();
+      paint();
+    }, title).node;
+  const parts = [toggle("tubes", "tubes"), toggle("glass", "see-through", "Outer tubes let the inner ones shine through"), toggle("lines", "centroid lines"), toggle("frames", "section frames"), toggle("trace", "tip trace"), toggle("grid", "grid")];
+  if (source.live && robot.controls.length > 0) {
+    const cloud = tick("workspace", false, (v) => {
+      stage.addCloud(null);
+      cloudNote.textContent = "";
+      const ranges = robot.controls.map((c) => ({ tube: c.tube, pull_mm: [-c.pull_mm / 2, c.pull_mm / 2], rotate_deg: [-180, 180] }));
+      source.send({ workspace: { scenario: trimmed(store.scenario), ranges, count: v ? 4000 : 0 } });
+    }, "Where the tip can go with half the range of every actuator");
+    parts.push(el("span", {}, cloud.node, cloudNote));
+  }
+  return [el("fieldset", {}, el("legend", {}, "Show"), el("div", { className: "ticks-list" }, ...parts))];
+}
+
+function setTheme(theme) {
+  stage.theme = theme;
+  document.documentElement.dataset.theme = theme;
+  paint();
+}
+
+const button = (label, title, onclick) =>
+  el("button", { type: "button", title, onclick, ...(label.length > 1 ? {} : { "aria-label": title }) }, label);
+const undo = button("↶", "Undo (Ctrl+Z)", () => store.undo());
+const redo = button("↷", "Redo (Ctrl+Shift+Z)", () => store.redo());
+const showHistory = () => {
+  undo.disabled = !store.canUndo;
+  redo.disabled = !store.canRedo;
+};
+store.addEventListener("history", showHistory);
+store.addEventListener("change", showHistory);
+const camera = choice("Camera", Object.entries(VIEWS).map(([key, v], i) => [key, key, `${v.title} (${i + 1})`]), "", (key) => {
+  stage.look(key);
+  camera.set("");
+});
+const colour = select("Colour by", Object.entries(COLOURINGS).map(([key, c]) => [key, c.label]), colouring, (key) => {
+  colouring = key;
+  bend();
+  paint();
+});
+const file = el("input", { type: "file", accept: ".toml", hidden: true, onchange: () => file.files[0] && open(file.files[0]) });
+const menu = el(
+  "details",
+  { className: "menu" },
+  el("summary", {}, "Save"),
+  el(
+    "div",
+    {},
+    button("Picture (PNG)", "The view as pixels", async () => download(`${robot.name}.png`, await png(stage), "image/png")),
+    button("Picture (SVG)", "The view as vector graphics", () => store.pose && download(`${robot.name}.svg`, svg(stage), "image/svg+xml")),
+    ...(source.live ? [button("State (TOML)", "What is asked, for cppr solve --scenario", () => source.send({ write_scenario: trimmed(store.scenario) }))] : []),
+  ),
+);
+menu.addEventListener("click", (e) => e.target instanceof HTMLButtonElement && (menu.open = false));
+menu.addEventListener("focusout", (e) => !menu.contains(e.relatedTarget) && (menu.open = false));
+const theme = button("◐", "Light or dark (T)", () => setTheme(stage.theme === "dark" ? "light" : "dark"));
+tools.append(
+  ...(source.live ? [button("Open…", "Another robot, or a state; or drop a file on the page", () => file.click()), file] : []),
+  ...(source.live ? [el("span", { className: "group" }, undo, redo, button("Reset", "Everything held, no load (R)", reset))] : []),
+  el("label", { className: "group" }, "Colour ", colour),
+  camera.node,
+  menu,
+  theme,
+);
+
+/** A robot file or a state: they have no key in common that is required. */
+async function open(chosen) {
+  file.value = "";
+  if (chosen.size > 1 << 20) {
+    listProblems(`${chosen.name} cannot be used`, ["The file is larger than 1 MiB. A robot file has a few lines. Is it another file?"]);
+    return;
+  }
+  const text = await chosen.text();
+  const state = /^\s*(\[\[actuator\]\]|formulation\s*=|\[tip\])/m.test(text) && !/^\s*(\[\[tube\]\]|length_mm\s*=)/m.test(text);
+  if (state) source.send({ read_scenario: { name: chosen.name, text } });
+  else source.robot({ name: chosen.name, text });
+}
+if (source.live) {
+  addEventListener("dragover", (e) => {
+    e.preventDefault();
+    document.body.classList.add("dropping");
+  });
+  addEventListener("dragleave", (e) => e.relatedTarget === null && document.body.classList.remove("dropping"));
+  addEventListener("drop", (e) => {
+    e.preventDefault();
+    document.body.classList.remove("dropping");
+    if (e.dataTransfer.files[0]) open(e.dataTransfer.files[0]);
+  });
+}
+
+addEventListener("keydown", (e) => {
+  const typing = e.target instanceof HTMLInputElement && e.target.type === "number";
+  if ((e.ctrlKey || e.metaKey) && e.key.toLowerCase() === "z" && source.live) {
+    e.preventDefault();
+    if (e.shiftKey) store.redo();
+    else store.undo();
+  } else if (!typing && !e.ctrlKey && !e.metaKey && !e.altKey && !problems.open) {
+    const views = Object.keys(VIEWS);
+    if (e.key >= "1" && e.key <= String(views.length)) stage.look(views[e.key - 1]);
+    else if (e.key === "t") theme.click();
+    else if (e.key === "r" && source.live) reset();
+  }
+});
+
+setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+source.connect();
+// For the console, tests and measurements.
+window.cppr = { store, source, stage, arrow, readout, plots, svg: () => svg(stage) };

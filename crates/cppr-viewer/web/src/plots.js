@@ -1,0 +1,118 @@
+// Fields along the length, one line per tube.
+
+import { nice } from "./colour.js";
+import { el, select, show } from "./dom.js";
+
+const QUANTITIES = [
+  ["curvature_z", "Curvature κ_Z (1/m)"],
+  ["curvature_y", "Curvature κ_Y (1/m)"],
+  ["twist", "Twist Δτ (rad/m)"],
+  ["moment_z", "Bending moment M_Z (N mm)"],
+  ["moment_y", "Bending moment M_Y (N mm)"],
+  ["torque", "Torque (N mm)"],
+  ["axial_force", "Axial force (N)"],
+  ["stretch", "Stretch (–)"],
+];
+const FIRST = ["curvature_z", "moment_z", "axial_force"];
+const [W, H, LEFT, BOTTOM, TOP] = [320, 118, 44, 20, 8];
+const DASHES = ["", "6 3", "8 3 2 3", "12 3", "2 3", "8 3 2 3 2 3"];
+const NS = "http://www.w3.org/2000/svg";
+
+function shape(tag, attributes, ...children) {
+  const node = document.createElementNS(NS, tag);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
+
+class Plot {
+  constructor(column, { hover }) {
+    this.column = column;
+    this.svg = shape("svg", { viewBox: `0 0 ${W} ${H}`, role: "img" });
+    this.value = el("span", { className: "values" });
+    const pick = select("Plotted quantity", QUANTITIES, column, (v) => {
+      this.column = v;
+      this.draw();
+    });
+    this.node = el("figure", {}, el("figcaption", {}, pick, this.value), this.svg);
+    this.svg.addEventListener("pointermove", (e) => {
+      if (!this.pose) return;
+      const box = this.svg.getBoundingClientRect();
+      const part = (((e.clientX - box.left) / box.width) * W - LEFT) / (W - LEFT - 6);
+      hover(Math.round(Math.min(1, Math.max(0, part)) * (this.pose.sections - 1)));
+    });
+    this.svg.addEventListener("pointerleave", () => hover(null));
+  }
+
+  draw(pose = this.pose) {
+    this.pose = pose;
+    if (!pose) return;
+    const lines = Array.from({ length: pose.tubes }, (_, t) => pose.along(t, this.column));
+    const most = Math.max(...lines.map((l) => l.reduce((m, v) => Math.max(m, v), 0)));
+    const least = Math.min(...lines.map((l) => l.reduce((m, v) => Math.min(m, v), 0)));
+    // What is only rounding is drawn as zero.
+    const span = Math.max(most - least, 1e-3);
+    const step = nice(span / 4);
+    const [low, high] = [Math.floor(least / step - 1e-3) * step, Math.ceil(most / step + 1e-3) * step];
+    const length = pose.at(pose.sections - 1, 0, "abscissa");
+    const px = (x) => LEFT + (x / length) * (W - LEFT - 6);
+    const py = (y) => H - BOTTOM - ((y - low) / (high - low)) * (H - BOTTOM - TOP);
+    const grid = [];
+    const digits = Math.max(0, -Math.floor(Math.log10(step)));
+    const every = Math.ceil((high - low) / step / 4);
+    for (let i = Math.ceil(low / step); i * step <= high * (1 + 1e-9) + 1e-12; i++) {
+      const y = py(i * step);
+      grid.push(shape("line", { x1: LEFT, x2: W - 6, y1: y, y2: y, class: i === 0 ? "axis" : "grid" }));
+      if (i % every === 0) grid.push(shape("text", { x: LEFT - 5, y: y + 3.5, "text-anchor": "end" }, show(i * step, digits)));
+    }
+    const xstep = nice(length / 5);
+    for (let x = 0; x <= length * 1.0001; x += xstep) {
+      grid.push(shape("text", { x: px(x), y: H - 6, "text-anchor": x === 0 ? "start" : x > 0.97 * length ? "end" : "middle" }, x === 0 ? "X = 0" : x > length - xstep / 2 ? `${Math.round(x)} mm` : `${Math.round(x)}`));
+    }
+    const paths = lines.map((line, t) => {
+      let d = "";
+      line.forEach((v, s) => (d += `${s ? "L" : "M"}${px(pose.at(s, 0, "abscissa")).toFixed(1)} ${py(v).toFixed(1)}`));
+      return shape("path", { d, class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] });
+    });
+    this.cursor = shape("line", { y1: TOP, y2: H - BOTTOM, class: "cursor", visibility: "hidden" });
+    this.svg.replaceChildren(...grid, ...paths, this.cursor);
+    this.px = px;
+  }
+
+  mark(section) {
+    if (!this.cursor || !this.pose) return;
+    this.cursor.setAttribute("visibility", section === null ? "hidden" : "visible");
+    if (section === null) {
+      this.value.textContent = "";
+      return;
+    }
+    const x = this.px(this.pose.at(section, 0, "abscissa"));
+    this.cursor.setAttribute("x1", x);
+    this.cursor.setAttribute("x2", x);
+    const values = Array.from({ length: this.pose.tubes }, (_, t) => show(this.pose.at(section, t, this.column)));
+    this.value.textContent = values.join("  ");
+  }
+}
+
+/** Three plots; `hover(section)` while the pointer is over one. */
+export class Plots {
+  constructor(hover) {
+    this.plots = FIRST.map((column) => new Plot(column, {
+      hover: (section) => {
+        this.plots.forEach((p) => p.mark(section));
+        hover(section);
+      },
+    }));
+    this.key = el("p", { className: "key" });
+    this.node = el("section", { className: "plots", "aria-label": "Fields along the length" }, this.key, ...this.plots.map((p) => p.node));
+  }
+
+  begin(tubes) {
+    const sample = (t) => shape("svg", { viewBox: "0 0 26 8" }, shape("path", { d: "M1 4H25", class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] }));
+    this.key.replaceChildren(...tubes.map((_, t) => el("span", {}, sample(t), t === 0 ? "Tube 1, the leader" : `${t + 1}`)));
+  }
+
+  pose(pose) {
+    this.plots.forEach((p) => p.draw(pose));
+  }
+}

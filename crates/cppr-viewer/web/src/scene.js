@@ -1,0 +1,293 @@
+// The picture: camera and light, the tubes, and the lines drawn with them. Drawn when something changes,
+// not in between. Millimetres; +Z is up.
+
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
+  LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
+  SphereGeometry, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { Line2 } from "three/addons/lines/Line2.js";
+import { LineGeometry } from "three/addons/lines/LineGeometry.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { lineColour, nice } from "./colour.js";
+import { Tube } from "./tubes.js";
+
+/** Directions from which the camera looks, and what is up. */
+export const VIEWS = {
+  aslant: { from: [-0.45, -1, 0.75], title: "Aslant" },
+  plane: { from: [0, -0.001, 1], title: "X–Y plane, from +Z" },
+  side: { from: [0, -1, 0], title: "X–Z plane, from −Y" },
+  tip: { from: [1, 0, 0.001], title: "From the tip" },
+};
+
+const INK = { light: "#22262b", dark: "#e8eaed" };
+const BACK = { light: "#f7f7f5", dark: "#15181b" };
+const TRACE = { light: "#8e2a8b", dark: "#d58ad2" };
+
+/** A line that keeps its width on the screen. */
+function wideLine(width) {
+  const line = new Line2(new LineGeometry(), new LineMaterial({ linewidth: width, worldUnits: false }));
+  line.frustumCulled = false;
+  line.visible = false;
+  return line;
+}
+
+function setPoints(line, points) {
+  line.geometry.dispose();
+  line.geometry = new LineGeometry();
+  line.geometry.setPositions(points);
+}
+
+export class Stage {
+  tubes = [];
+  show = { tubes: true, lines: true, frames: false, trace: false, cloud: true, grid: true, glass: false };
+  theme = "light";
+  #queued = false;
+
+  constructor(host) {
+    this.host = host;
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: false });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.canvas = this.renderer.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("aria-label", "The robot. Arrow keys turn it, plus and minus zoom.");
+    host.append(this.canvas);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(28, 1, 1, 1e5);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.controls.zoomToCursor = true;
+    this.key = new DirectionalLight("#ffffff", 1.7);
+    this.scene.add(new HemisphereLight("#ffffff", "#c8c4bd", 1.5), new AmbientLight("#ffffff", 0.55), this.key, this.key.target);
+    this.robot = new Group();
+    this.scene.add(this.robot);
+    this.canvas.addEventListener("keydown", (event) => this.#turn(event));
+    new ResizeObserver(() => this.#resize()).observe(host);
+  }
+
+  /** Everything that belongs to one robot, empty yet. */
+  begin(description) {
+    for (const tube of this.tubes) tube.dispose();
+    this.robot.clear();
+    this.description = description;
+    this.length = description.length_mm;
+    const outer = Math.max(...description.tubes.map((t) => t.outer_mm ?? 0), 0.02 * this.length);
+    this.outer = outer;
+    this.tubes = description.tubes.map((t, i) => new Tube(i, t));
+    this.centroids = description.tubes.map((t) => wideLine(t.outer_mm ? 2.2 : 5));
+    this.centre = wideLine(1.4);
+    this.trace = wideLine(2);
+    this.frames = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true }));
+    this.frames.frustumCulled = false;
+    this.cloud = new Points(new BufferGeometry(), new PointsMaterial({ size: 2.2, sizeAttenuation: false, transparent: true, opacity: 0.6 }));
+    this.cloud.frustumCulled = false;
+    this.mark = new Mesh(new RingGeometry(1.06 * outer, 1.22 * outer, 64), new MeshBasicMaterial({ side: 2, transparent: true, opacity: 0.85 }));
+    this.mark.visible = false;
+    this.tip = new Mesh(new SphereGeometry(0.16 * outer, 20, 12), new MeshBasicMaterial());
+    this.plate = new Mesh(new RingGeometry(outer * 1.02, outer * 2.6, 96), new MeshStandardMaterial({ side: 2, transparent: true, opacity: 0.55, roughness: 0.9 }));
+    this.plate.rotation.y = Math.PI / 2;
+    const step = nice(this.length / 20);
+    const cells = Math.ceil((2 * this.length) / step / 2) * 2;
+    this.gridStep = step;
+    this.grid = new GridHelper(cells * step, cells);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(0.5 * this.length, 0, -3 * outer);
+    this.grid.material.transparent = true;
+    this.grid.material.depthWrite = false;
+    this.robot.add(
+      ...this.tubes.map((t) => t.mesh), ...this.centroids, this.centre, this.trace, this.frames, this.cloud, this.mark, this.tip,
+      this.plate, this.grid,
+    );
+    this.tracePoints = [];
+    this.pose = null;
+    this.paint();
+  }
+
+  /** Bends the robot; `value(t)` gives the coloured value of tube t by section. */
+  bend(pose, value) {
+    this.pose = pose;
+    this.tubes.forEach((tube, t) => tube.bend(pose, value(t)));
+    this.centroids.forEach((line, t) => setPoints(line, pose.points(t, "centroid_x")));
+    setPoints(this.centre, pose.points(0, "x"));
+    this.tip.position.set(...pose.tip_mm);
+    const last = this.tracePoints.at(-1);
+    if (!last || Math.hypot(...last.map((v, i) => v - pose.tip_mm[i])) > 0.002 * this.length) {
+      this.tracePoints.push(pose.tip_mm);
+      if (this.tracePoints.length > 2000) this.tracePoints.shift();
+    }
+    if (this.show.trace && this.tracePoints.length > 1) setPoints(this.trace, this.tracePoints.flat());
+    if (this.show.frames) this.#frames(pose);
+    this.#visible();
+    this.draw();
+  }
+
+  /** The axes of some sections of the leader and of the followers. */
+  #frames(pose) {
+    const [positions, colours] = [[], []];
+    const size = 0.06 * this.length;
+    const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((a) => new Vector3(...a));
+    const hues = [lineColour(1, this.theme), lineColour(2, this.theme), lineColour(0, this.theme)].map((c) => new Color(c));
+    for (let s = 0; s < pose.sections; s += 12) {
+      for (let t = 0; t < pose.tubes; t++) {
+        const q = ["qx", "qy", "qz", "qw"].map((c) => pose.at(s, t, c));
+        const at = new Vector3(pose.at(s, t, "centroid_x"), pose.at(s, t, "centroid_y"), pose.at(s, t, "centroid_z"));
+        const phi = pose.at(s, t, "direction");
+        axes.forEach((axis, i) => {
+          const own = axis.clone().applyAxisAngle(axes[0], phi).applyQuaternion({ x: q[0], y: q[1], z: q[2], w: q[3] });
+          const end = at.clone().addScaledVector(own, size * (t === 0 ? 1 : 0.7));
+          positions.push(...at, ...end);
+          colours.push(...hues[i], ...hues[i]);
+        });
+      }
+    }
+    this.frames.geometry.dispose();
+    this.frames.geometry = new BufferGeometry();
+    this.frames.geometry.setAttribute("position", new BufferAttribute(new Float32Array(positions), 3));
+    this.frames.geometry.setAttribute("color", new BufferAttribute(new Float32Array(colours), 3));
+  }
+
+  /** Points that the tip can reach; null clears them. */
+  addCloud(points) {
+    const old = points ? (this.cloud.geometry.getAttribute("position")?.array ?? []) : [];
+    const all = new Float32Array(old.length + (points?.length ?? 0));
+    all.set(old);
+    if (points) all.set(points, old.length);
+    this.cloud.geometry.dispose();
+    this.cloud.geometry = new BufferGeometry();
+    this.cloud.geometry.setAttribute("position", new BufferAttribute(all, 3));
+    this.draw();
+  }
+
+  clearTrace() {
+    this.tracePoints = this.pose ? [this.pose.tip_mm] : [];
+    this.#visible();
+    this.draw();
+  }
+
+  /** A ring around one section; null takes it away. */
+  highlight(section) {
+    this.mark.visible = section !== null && this.pose !== null;
+    if (this.mark.visible) {
+      const p = this.pose;
+      this.mark.position.set(p.at(section, 0, "x"), p.at(section, 0, "y"), p.at(section, 0, "z"));
+      this.mark.quaternion.set(...["qx", "qy", "qz", "qw"].map((c) => p.at(section, 0, c)));
+      // A ring lies across its own z; sections lie across x.
+      this.mark.rotateY(Math.PI / 2);
+    }
+    this.draw();
+  }
+
+  /** Colours of the theme and of the values. */
+  paint(options = this.painted ?? { mode: 0, signed: false, range: [0, 1], dimmed: false }) {
+    this.painted = options;
+    const ink = new Color(INK[this.theme]);
+    this.scene.background = new Color(BACK[this.theme]);
+    if (!this.description) return;
+    const { dimmed } = options;
+    this.tubes.forEach((tube, t) => {
+      const glass = this.show.glass && t < this.tubes.length - 1;
+      tube.paint({ ...options, theme: this.theme, opacity: glass ? 0.28 : 1 });
+    });
+    this.centroids.forEach((line, t) => {
+      line.material.color = new Color(lineColour(t, this.theme));
+      line.material.opacity = dimmed ? 0.25 : 1;
+      line.material.transparent = dimmed;
+    });
+    this.centre.material.color = ink;
+    this.centre.material.opacity = dimmed ? 0.25 : 1;
+    this.centre.material.transparent = dimmed;
+    this.trace.material.color = new Color(TRACE[this.theme]);
+    this.cloud.material.color = new Color(lineColour(2, this.theme));
+    this.mark.material.color = new Color(TRACE[this.theme]);
+    this.tip.material.color = new Color(TRACE[this.theme]);
+    this.plate.material.color = new Color(this.theme === "dark" ? "#59616a" : "#c9c9c4");
+    this.grid.material.color = new Color(this.theme === "dark" ? "#ffffff" : "#000000");
+    this.grid.material.opacity = this.theme === "dark" ? 0.1 : 0.09;
+    this.grid.material.vertexColors = false;
+    this.#visible();
+    this.draw();
+  }
+
+  #visible() {
+    const { show, pose } = this;
+    if (!this.description) return;
+    this.tubes.forEach((t) => (t.mesh.visible = show.tubes && pose !== null && t.mesh.geometry.index !== null));
+    // Inside solid tubes lines show through, else they would not be seen at all.
+    for (const line of [...this.centroids, this.centre]) {
+      line.visible = pose !== null && show.lines;
+      line.material.depthTest = !show.tubes;
+      line.renderOrder = 5;
+    }
+    this.centroids.forEach((line, t) => {
+      if (pose && !this.description.tubes[t].outer_mm) line.visible = true;
+    });
+    this.trace.visible = show.trace && this.tracePoints.length > 1;
+    this.frames.visible = show.frames && pose !== null;
+    this.cloud.visible = show.cloud;
+    this.grid.visible = show.grid;
+    this.tip.visible = pose !== null;
+  }
+
+  /** Looks from a direction at the whole robot. */
+  look(name) {
+    const from = new Vector3(...VIEWS[name].from).normalize();
+    const reach = 0.56 * this.length;
+    const aspect = this.camera.aspect;
+    const half = Math.tan((this.camera.fov * Math.PI) / 360);
+    const distance = (reach * 1.08) / (half * Math.min(1, aspect * 0.92));
+    this.controls.target.set(name === "tip" ? 0.3 * this.length : 0.46 * this.length, 0, 0);
+    this.camera.position.copy(this.controls.target).addScaledVector(from, distance);
+    this.camera.near = distance / 100;
+    this.camera.far = distance * 20;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+
+  #turn(event) {
+    const { camera, controls } = this;
+    const offset = camera.position.clone().sub(controls.target);
+    const across = new Vector3().crossVectors(offset, camera.up).normalize();
+    const angle = 0.08;
+    switch (event.key) {
+      case "ArrowLeft": offset.applyAxisAngle(camera.up, -angle); break;
+      case "ArrowRight": offset.applyAxisAngle(camera.up, angle); break;
+      case "ArrowUp": offset.applyAxisAngle(across, -angle); break;
+      case "ArrowDown": offset.applyAxisAngle(across, angle); break;
+      case "+": case "=": offset.multiplyScalar(0.9); break;
+      case "-": offset.multiplyScalar(1 / 0.9); break;
+      default: return;
+    }
+    event.preventDefault();
+    camera.position.copy(controls.target).add(offset);
+    controls.update();
+    this.draw();
+  }
+
+  #resize() {
+    const { clientWidth: w, clientHeight: h } = this.host;
+    if (w === 0 || h === 0) return;
+    this.renderer.setSize(w, h);
+    this.camera.aspect = w / h;
+    this.camera.updateProjectionMatrix();
+    this.drawNow();
+  }
+
+  /** Draws with the next picture of the screen. */
+  draw() {
+    if (this.#queued) return;
+    this.#queued = true;
+    requestAnimationFrame(() => this.drawNow());
+  }
+
+  drawNow() {
+    this.#queued = false;
+    this.key.position.copy(this.camera.position);
+    this.key.position.addScaledVector(new Vector3(0.25, 0.3, 0.9), this.camera.position.distanceTo(this.controls.target));
+    this.key.target.position.copy(this.controls.target);
+    this.renderer.render(this.scene, this.camera);
+    this.drawn?.();
+  }
+}

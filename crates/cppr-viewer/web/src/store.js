@@ -1,0 +1,109 @@
+// What is asked of the robot, as a scenario (the words of scenario files), with undo and redo.
+
+/** A scenario in which everything is held and nothing acts. */
+export function rest(robot) {
+  return {
+    formulation: "consistent",
+    stretch: false,
+    rotation_means: "base",
+    actuator: robot.controls.map(({ tube }) => ({ tube, pull_mm: 0, rotate_deg: 0 })),
+    tip: { force_N: [0, 0, 0], moment_Nmm: [0, 0, 0], point_mm: [0, 0, 0], turns_with_tip: false },
+  };
+}
+
+/** The same without what says nothing. */
+export function trimmed(scenario) {
+  const copy = structuredClone(scenario);
+  if (copy.tip && ![...copy.tip.force_N, ...copy.tip.moment_Nmm].some((v) => v !== 0)) delete copy.tip;
+  copy.notches = (copy.notches ?? []).filter((n) => n.deeper_mm !== 0);
+  if (copy.notches.length === 0) delete copy.notches;
+  return copy;
+}
+
+export class Store extends EventTarget {
+  /** @type {any} */ scenario = null;
+  #past = [];
+  #future = [];
+  #settled = "";
+
+  /** Another robot: everything at rest, no history. */
+  begin(robot) {
+    this.robot = robot;
+    this.scenario = rest(robot);
+    this.#past = [];
+    this.#future = [];
+    this.#settled = JSON.stringify(this.scenario);
+    this.#say();
+  }
+
+  /** What is asked at first, without a step of undo. */
+  start(scenario) {
+    this.scenario = this.#whole(scenario);
+    this.#settled = JSON.stringify(this.scenario);
+    this.#say(true);
+  }
+
+  /** Changes the scenario while a control moves. */
+  change(edit) {
+    edit(this.scenario);
+    this.#say();
+  }
+
+  /** The control rests: one step of undo. */
+  settle() {
+    const now = JSON.stringify(this.scenario);
+    if (now === this.#settled) return;
+    this.#past.push(this.#settled);
+    this.#future = [];
+    this.#settled = now;
+    this.dispatchEvent(new Event("history"));
+  }
+
+  /** A whole other scenario. */
+  replace(scenario) {
+    this.scenario = this.#whole(scenario);
+    this.#say(true);
+    this.settle();
+  }
+
+  /** Completed by what is at rest. */
+  #whole(scenario) {
+    const base = rest(this.robot);
+    const actuator = base.actuator.map((a) => {
+      const given = scenario.actuator?.find((b) => b.tube === a.tube) ?? {};
+      const own = { tube: a.tube, ...given };
+      if (own.tension_N === undefined) own.pull_mm ??= 0;
+      if (own.torque_Nmm === undefined) own.rotate_deg ??= 0;
+      return own;
+    });
+    return { ...base, ...structuredClone(scenario), actuator, tip: { ...base.tip, ...scenario.tip } };
+  }
+
+  get canUndo() {
+    return this.#past.length > 0;
+  }
+  get canRedo() {
+    return this.#future.length > 0;
+  }
+  undo() {
+    this.#move(this.#past, this.#future);
+  }
+  redo() {
+    this.#move(this.#future, this.#past);
+  }
+
+  #move(from, to) {
+    this.settle();
+    if (from.length === 0) return;
+    to.push(this.#settled);
+    this.#settled = from.pop();
+    this.scenario = JSON.parse(this.#settled);
+    this.#say(true);
+    this.dispatchEvent(new Event("history"));
+  }
+
+  /** `outside`: the controls did not make the change and must show it. */
+  #say(outside = false) {
+    this.dispatchEvent(new CustomEvent("change", { detail: { outside } }));
+  }
+}
