@@ -2,6 +2,7 @@
 
 pub mod capacity;
 pub mod continuation;
+pub mod inverse;
 pub mod limits;
 pub mod range;
 pub mod sensitivity;
@@ -12,6 +13,7 @@ pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, first_greatest, governing, section_limits};
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_ranges};
 pub use sensitivity::{
-    Freedom, Input, Perturbed, Sensitivity, parameter_sensitivity, sensitivity, sensitivity_into,
+    Freedom, Input, Perturbed, Sensitivity, outputs_by_inputs, parameter_sensitivity, sensitivity,
+    sensitivity_into,
 };
 pub use shape::{Section, Shape, TubeSection};

@@ -199,7 +199,7 @@ impl Walk<'_> {
 
     fn end(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
         let extent = self.extent(input);
-        let first = value(&start.found.command, input);
+        let first = value_of(&start.found.command, input);
         // A follower stays within its stroke, wherever it started.
         let last = if input.freedom == Freedom::PushPull && input.is_motion {
             side * extent
@@ -263,7 +263,8 @@ impl Walk<'_> {
     }
 }
 
-fn value(command: &Command, input: Input) -> f64 {
+/// The prescribed number of one input.
+pub(crate) fn value_of(command: &Command, input: Input) -> f64 {
     let actuator = &command.actuators[input.tube - 2];
     match input.freedom {
         Freedom::PushPull => actuator.push_pull.value(),

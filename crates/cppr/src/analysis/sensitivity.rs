@@ -206,6 +206,38 @@ impl<'a> Tip<'a> {
     }
 }
 
+/// Largest scaled step of the unknowns in the differences below: the fifth power of it is rounding.
+const SMALL: f64 = 1e-3;
+
+/// Derivatives of any outputs of an equilibrium by its inputs, one column each: the unknowns' derivatives are exact, the outputs
+/// are read along them by a fourth-order difference. `None` as for [`sensitivity`].
+pub fn outputs_by_inputs(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    equilibrium: &Equilibrium,
+    outputs: impl Fn(&Robot, &mut Workspace, &Equilibrium) -> Vec<f64>,
+) -> Option<DMatrix<f64>> {
+    let m = sensitivity(robot, workspace, equilibrium)?.inputs.len();
+    let (n_u, n) = (workspace.state.unknowns, workspace.residual.len());
+    // What was solved there: scaled steps of the unknowns, by rows.
+    let steps = workspace.right.clone();
+    let mut slopes: Option<DMatrix<f64>> = None;
+    for c in 0..m {
+        let step: Vec<f64> = (0..n).map(|i| steps[i * (m + 6) + c]).collect();
+        let largest = step[..n_u].iter().fold(f64::MIN_POSITIVE, |most, s| most.max(s.abs()));
+        let h = SMALL / largest;
+        for (at, share) in Perturbed::SHARES {
+            let along = equilibrium.moved(robot, &step, at * h);
+            let values = outputs(robot, workspace, &along);
+            let slopes = slopes.get_or_insert_with(|| DMatrix::zeros(values.len(), m));
+            for (r, value) in values.iter().enumerate() {
+                slopes[(r, c)] += share * value / (12.0 * h);
+            }
+        }
+    }
+    slopes
+}
+
 /// A robot with one design parameter moved to both sides, for fourth-order differences.
 #[derive(Clone, Debug)]
 pub struct Perturbed {

@@ -1,0 +1,238 @@
+//! Inverse problems: actuator values for a wanted tip or shape, and the force on the tip from what it does to the robot.
+//!
+//! All three are least squares over exact equilibria and their exact Jacobians (`sensitivity`), solved by the
+//! Levenberg–Marquardt method with bounds (`least_squares`). Wherever an answer depends on measurements or on
+//! the actuators' accuracy, its uncertainty is propagated through the same Jacobian, and combinations that it does not
+//! determine are named.
+
+mod least_squares;
+mod reach;
+mod sense;
+mod shape_match;
+mod uncertainty;
+
+pub use reach::{Accuracy, Conditioning, Reach, Target, TipAxis, reach};
+pub use sense::{Measured, Sensed, sense};
+pub use shape_match::{ShapeMatch, ShapePoint, shape_match};
+pub use uncertainty::{Principal, Uncertainty};
+
+use super::range::{value_of, with_input};
+use super::sensitivity::{Freedom, Input};
+use super::{Bound, SafeRange};
+use crate::design::Robot;
+use crate::solve::{
+    Command, CommandProblem, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from,
+};
+use nalgebra::DVector;
+use std::fmt;
+
+/// An input that may be chosen, between bounds (m, rad, N or N m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeInput {
+    /// Which.
+    pub input: Input,
+    /// Least and greatest value.
+    pub bounds: [f64; 2],
+}
+
+/// Why an inverse problem has no answer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InverseProblem {
+    /// The command cannot be asked of the robot.
+    Command(CommandProblem),
+    /// Nothing may be chosen.
+    NothingFree,
+    /// The bounds of a tube's input are no interval.
+    Bounds(Input),
+    /// Nothing is wanted, or nothing was measured.
+    NothingGiven,
+    /// Fewer measured numbers than unknowns: both.
+    TooFew(usize, usize),
+    /// A measured number or its deviation is not finite or not positive.
+    NotFinite(&'static str),
+    /// A point lies off the robot's labels (m).
+    Label(f64),
+    /// An effort is measured of an input whose effort is prescribed.
+    EffortPrescribed(usize),
+    /// No stable equilibrium was found under any value that was tried.
+    NoEquilibrium,
+}
+
+impl fmt::Display for InverseProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Command(problem) => problem.fmt(f),
+            Self::NothingFree => write!(f, "every actuator is given; leave at least one free"),
+            Self::Bounds(input) => {
+                let what = if input.freedom == Freedom::PushPull { "translation" } else { "rotation" };
+                write!(
+                    f,
+                    "the bounds of the {what} of tube {} are no interval from least to greatest",
+                    input.tube
+                )
+            }
+            Self::NothingGiven => write!(f, "nothing is given to start from: no target, no measurement"),
+            Self::TooFew(numbers, unknowns) => {
+                write!(f, "{numbers} measured numbers cannot determine {unknowns} unknowns; measure more")
+            }
+            Self::NotFinite(what) => {
+                write!(f, "{what} is not a finite number, or its deviation is not positive")
+            }
+            Self::Label(x) => write!(f, "a point at {:.3} mm lies off the robot", x * 1e3),
+            Self::EffortPrescribed(tube) => {
+                write!(
+                    f,
+                    "the effort of tube {tube} is prescribed; only efforts of prescribed motions are measured"
+                )
+            }
+            Self::NoEquilibrium => write!(f, "no stable equilibrium was found between the bounds"),
+        }
+    }
+}
+
+impl std::error::Error for InverseProblem {}
+
+/// Bend and turn (rad) up to which an actuator without limits is searched.
+const HALF_TURN: f64 = std::f64::consts::PI;
+
+/// Inputs between the ends of their safe ranges; where nothing was met, up to half a turn of bend or rotation.
+#[must_use]
+pub fn free_within(robot: &Robot, ranges: &[SafeRange]) -> Vec<FreeInput> {
+    let middle = 0.5 * robot.length();
+    let offset = |tube: usize| robot.fields_at(tube, middle).centroid_offset;
+    ranges
+        .iter()
+        .map(|range| {
+            let natural = match (range.input.freedom, range.input.is_motion) {
+                (Freedom::PushPull, true) => HALF_TURN * (offset(0) + offset(range.input.tube - 1)),
+                (Freedom::Rotation, true) => HALF_TURN,
+                _ => f64::INFINITY,
+            };
+            let cut = |end: &super::RangeEnd| match end.bound {
+                Bound::Open => end.value.clamp(range.start.min(-natural), range.start.max(natural)),
+                _ => end.value,
+            };
+            FreeInput { input: range.input, bounds: [cut(&range.low), cut(&range.high)] }
+        })
+        .collect()
+}
+
+/// The command with free inputs at the given values.
+fn commanded(command: &Command, free: &[FreeInput], values: &DVector<f64>) -> Command {
+    free.iter().zip(values.iter()).fold(command.clone(), |c, (f, &value)| with_input(&c, f.input, value))
+}
+
+/// Checks what every inverse problem with free inputs needs.
+fn check(
+    robot: &Robot,
+    command: &Command,
+    free: &[FreeInput],
+    settings: &Settings,
+) -> Result<(), InverseProblem> {
+    command.check(robot, settings).map_err(InverseProblem::Command)?;
+    if free.is_empty() {
+        return Err(InverseProblem::NothingFree);
+    }
+    for own in free {
+        let [low, high] = own.bounds;
+        let known = own.input.tube >= 2 && own.input.tube <= robot.tube_count();
+        if !(known && low.is_finite() && high.is_finite() && low < high) {
+            return Err(InverseProblem::Bounds(own.input));
+        }
+    }
+    Ok(())
+}
+
+/// Columns of a Jacobian over all inputs that belong to the free ones.
+fn columns(inputs: &[Input], free: &[FreeInput]) -> Vec<usize> {
+    let place = |own: &FreeInput| {
+        inputs.iter().position(|i| i.tube == own.input.tube && i.freedom == own.input.freedom)
+    };
+    free.iter().filter_map(place).collect()
+}
+
+/// What a search works on.
+struct Search<'a> {
+    robot: &'a Robot,
+    workspace: &'a mut Workspace,
+    command: &'a Command,
+    settings: &'a Settings,
+    free: &'a [FreeInput],
+}
+
+impl Search<'_> {
+    /// The stable equilibrium at some values: near another one, or from rest.
+    fn at(&mut self, values: &DVector<f64>, near: Option<&Equilibrium>) -> Option<Equilibrium> {
+        let command = commanded(self.command, self.free, values);
+        let found = match near {
+            Some(start) => solve_from(self.robot, self.workspace, &command, self.settings, start),
+            None => solve(self.robot, self.workspace, &command, self.settings),
+        };
+        found.ok().filter(|found| found.status == Status::Converged)
+    }
+
+    /// Half widths of the bounds: units in which all inputs count alike.
+    fn units(&self) -> Vec<f64> {
+        self.free.iter().map(|f| 0.5 * (f.bounds[1] - f.bounds[0])).collect()
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        self.free.iter().map(|f| f.bounds).collect()
+    }
+
+    /// The `best` of many places between the bounds by a cost, each with its equilibrium, the best first: the command's own values,
+    /// then an additive quasi-random sequence (Roberts 2018), which fills any number of dimensions evenly.
+    fn scout(
+        &mut self,
+        best: usize,
+        mut cost: impl FnMut(&mut Self, &Equilibrium) -> f64,
+    ) -> Vec<(f64, DVector<f64>, Equilibrium)> {
+        let mut list: Vec<(f64, DVector<f64>, Equilibrium)> = Vec::new();
+        let dimensions = self.free.len();
+        let ratio = plastic_number(dimensions);
+        for n in 0..SCOUTS * dimensions {
+            let values = DVector::from_iterator(
+                dimensions,
+                self.free.iter().enumerate().map(|(i, own)| {
+                    let [low, high] = own.bounds;
+                    if n == 0 {
+                        return value_of(self.command, own.input).clamp(low, high);
+                    }
+                    let power = i32::try_from(i).unwrap_or(i32::MAX).saturating_add(1);
+                    let share = (0.5 + n as f64 * ratio.powi(-power)).fract();
+                    low + share * (high - low)
+                }),
+            );
+            let Some(found) = self.at(&values, None) else { continue };
+            let value = cost(self, &found);
+            if value.is_finite() {
+                list.push((value, values, found));
+                list.sort_by(|a, b| a.0.total_cmp(&b.0));
+                list.truncate(best);
+            }
+        }
+        list
+    }
+}
+
+/// Places scouted per free input.
+const SCOUTS: usize = 64;
+/// Best places from which a search starts.
+const STARTS: usize = 8;
+
+/// The positive root of x^(d+1) = x + 1.
+fn plastic_number(dimensions: usize) -> f64 {
+    let power = 1.0 / (dimensions as f64 + 1.0);
+    (0..64).fold(1.5_f64, |x, _| (1.0 + x).powf(power))
+}
+
+/// All inputs of a command, push-pull and rotation of tube 2, then of tube 3, …
+#[must_use]
+pub fn inputs_of(command: &Command) -> Vec<Input> {
+    let is_motion = |drive: Drive| matches!(drive, Drive::Motion(_));
+    let both = |(f, a): (usize, &crate::solve::Actuator)| {
+        let input = |freedom, drive| Input { tube: f + 2, freedom, is_motion: is_motion(drive) };
+        [input(Freedom::PushPull, a.push_pull), input(Freedom::Rotation, a.rotation)]
+    };
+    command.actuators.iter().enumerate().flat_map(both).collect()
+}

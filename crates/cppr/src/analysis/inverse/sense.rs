@@ -1,0 +1,174 @@
+//! The wrench on the tip from what it does to the robot: efforts of the actuators, position and direction of the tip.
+//!
+//! Motions and all other loads are those of the command. Measured numbers, each divided by its standard deviation, are fitted by
+//! the dead wrench on the tip's centre; the covariance follows from the same Jacobian (`response_by_wrench`, `compliance`).
+
+use super::InverseProblem;
+use super::least_squares::{Evaluated, minimise};
+use super::uncertainty::Uncertainty;
+use crate::analysis::sensitivity::{Freedom, sensitivity};
+use crate::analysis::shape::tip_pose;
+use crate::design::Robot;
+use crate::solve::{Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use crate::statics::Wrench;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// One measurement, with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measured {
+    /// Force or torque of an actuator whose motion is prescribed: tube number, freedom, value (N or N m), deviation.
+    Effort(usize, Freedom, f64, f64),
+    /// Centre of the tip section (m), deviation of each coordinate (m).
+    Position(Vector3<f64>, f64),
+    /// Tangent of the tip, deviation (rad).
+    Direction(Vector3<f64>, f64),
+}
+
+/// The wrench that explains the measurements best.
+#[derive(Clone, Debug)]
+pub struct Sensed {
+    /// Force on the tip's centre, base frame (N).
+    pub force: Vector3<f64>,
+    /// Moment, base frame (N m); zero where only a force was looked for.
+    pub moment: Vector3<f64>,
+    /// Uncertainty of the force's components and, if looked for, of the moment's.
+    pub uncertainty: Uncertainty,
+    /// The equilibrium under it.
+    pub equilibrium: Equilibrium,
+}
+
+/// Units of the search against the force that bends the robot by 1 rad: known to no better than that is not known.
+const RANGE: f64 = 10.0;
+
+/// Finds a force on the tip, with `with_moment` a whole wrench.
+///
+/// # Errors
+/// Where the measurements cannot be used, or no stable equilibrium explains them.
+pub fn sense(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    measured: &[Measured],
+    with_moment: bool,
+) -> Result<Sensed, InverseProblem> {
+    command.check(robot, settings).map_err(InverseProblem::Command)?;
+    let unknowns = if with_moment { 6 } else { 3 };
+    check(robot, command, measured)?;
+    let length = robot.length();
+    let stiffness: f64 = (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
+    let force = RANGE * stiffness / (length * length);
+    let units: Vec<f64> = (0..unknowns).map(|i| if i < 3 { force } else { force * length }).collect();
+    let bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; unknowns];
+    let zero = DVector::zeros(unknowns);
+    let free = solve(robot, workspace, command, settings).map_err(InverseProblem::Command)?;
+    let first = stable(free)
+        .and_then(|found| evaluated(robot, workspace, found, measured, unknowns))
+        .ok_or(InverseProblem::NoEquilibrium)?;
+    let outcome = minimise(zero, first, &bounds, &units, |wrench, near| {
+        let mut loaded = command.clone();
+        loaded.loads.wrenches.push(wrench_of(wrench));
+        let found = solve_from(robot, workspace, &loaded, settings, near).ok().and_then(stable)?;
+        evaluated(robot, workspace, found, measured, unknowns)
+    });
+    let wrench = wrench_of(&outcome.values);
+    let Evaluated { residual, jacobian, .. } = &outcome.best;
+    Ok(Sensed {
+        force: wrench.force,
+        moment: wrench.moment,
+        uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
+        equilibrium: outcome.best.state,
+    })
+}
+
+fn stable(found: Equilibrium) -> Option<Equilibrium> {
+    (found.status == Status::Converged).then_some(found)
+}
+
+fn wrench_of(values: &DVector<f64>) -> Wrench {
+    let part = |from: usize| match values.as_slice().get(from..from + 3) {
+        Some([x, y, z]) => Vector3::new(*x, *y, *z),
+        _ => Vector3::zeros(),
+    };
+    Wrench { moment: part(3), ..Wrench::tip_force(part(0)) }
+}
+
+fn check(robot: &Robot, command: &Command, measured: &[Measured]) -> Result<(), InverseProblem> {
+    if measured.is_empty() {
+        return Err(InverseProblem::NothingGiven);
+    }
+    for one in measured {
+        let (values, deviation, what) = match *one {
+            Measured::Effort(tube, freedom, value, deviation) => {
+                let actuator = tube.checked_sub(2).and_then(|f| command.actuators.get(f));
+                let drive =
+                    actuator.map(|a| if freedom == Freedom::PushPull { a.push_pull } else { a.rotation });
+                if !matches!(drive, Some(Drive::Motion(_))) {
+                    return Err(InverseProblem::EffortPrescribed(tube));
+                }
+                (Vector3::new(value, 0.0, 0.0), deviation, "a measured effort")
+            }
+            Measured::Position(position, deviation) => {
+                (position, deviation / robot.length(), "the measured position")
+            }
+            Measured::Direction(direction, deviation) => (direction, deviation, "the measured direction"),
+        };
+        let finite = values.iter().all(|v| v.is_finite());
+        let direction = !matches!(one, Measured::Direction(..)) || values.norm() > 0.0;
+        if !(finite && direction && deviation.is_finite() && deviation > 0.0) {
+            return Err(InverseProblem::NotFinite(what));
+        }
+    }
+    Ok(())
+}
+
+fn evaluated(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    found: Equilibrium,
+    measured: &[Measured],
+    unknowns: usize,
+) -> Option<Evaluated<Equilibrium>> {
+    let exact = sensitivity(robot, workspace, &found)?;
+    let (rotation, position) = tip_pose(robot, workspace, &found);
+    let tangent = rotation.column(0).into_owned();
+    let (mut residual, mut rows) = (Vec::new(), Vec::new());
+    let mut add = |difference: f64, row: Vec<f64>, deviation: f64| {
+        residual.push(difference / deviation);
+        rows.extend(row[..unknowns].iter().map(|v| v / deviation));
+    };
+    for one in measured {
+        match *one {
+            Measured::Effort(tube, freedom, value, deviation) => {
+                let place = exact.inputs.iter().position(|i| i.tube == tube && i.freedom == freedom)?;
+                let state = found.actuators[tube - 2];
+                let effort = if freedom == Freedom::PushPull { state.tension } else { state.torque };
+                let row = exact.response_by_wrench.row(place).iter().copied().collect();
+                add(effort - value, row, deviation);
+            }
+            Measured::Position(wanted, deviation) => {
+                for axis in 0..3 {
+                    let row = exact.compliance.row(axis).iter().copied().collect();
+                    add(position[axis] - wanted[axis], row, deviation);
+                }
+            }
+            Measured::Direction(wanted, deviation) => {
+                // Two angles across the measured direction; the third component says nothing.
+                let wanted = wanted.normalize();
+                let helper = if wanted.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+                let first = wanted.cross(&helper).normalize();
+                for axis in [first, wanted.cross(&first)] {
+                    let row = (0..6)
+                        .map(|c| {
+                            let spin = Vector3::from(exact.compliance.column(c).fixed_rows::<3>(3));
+                            axis.dot(&spin.cross(&tangent))
+                        })
+                        .collect();
+                    add(axis.dot(&tangent), row, deviation);
+                }
+            }
+        }
+    }
+    let jacobian = DMatrix::from_row_slice(residual.len(), unknowns, &rows);
+    Some(Evaluated { residual: DVector::from_vec(residual), jacobian, state: found })
+}

@@ -1,0 +1,195 @@
+//! Actuator values under which the centreline passes through given points: least squares over their distances.
+//!
+//! A point with a label X is compared with the centre there; one without, with the nearest place of the centreline, so that
+//! only its distance across the line counts. Distances are divided by each point's standard deviation.
+
+use super::least_squares::{Evaluated, minimise};
+use super::uncertainty::Uncertainty;
+use super::{FreeInput, InverseProblem, STARTS, Search, check, columns, inputs_of};
+use crate::analysis::sensitivity::outputs_by_inputs;
+use crate::analysis::shape::Shape;
+use crate::design::Robot;
+use crate::solve::{Command, Equilibrium, Settings, Workspace};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// A point on the centreline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapePoint {
+    /// Label X of its section, where it is known (m).
+    pub label: Option<f64>,
+    /// Base frame (m).
+    pub position: Vector3<f64>,
+    /// Standard deviation of each coordinate (m).
+    pub deviation: f64,
+}
+
+/// Answer to a set of points.
+#[derive(Clone, Debug)]
+pub struct ShapeMatch {
+    /// Value of each free input (m, rad, N or N m).
+    pub values: Vec<f64>,
+    /// Uncertainty of the values.
+    pub uncertainty: Uncertainty,
+    /// Is the value at its lower or upper bound?
+    pub at_bound: Vec<bool>,
+    /// The equilibrium, with the whole command.
+    pub equilibrium: Equilibrium,
+    /// Distance of every point from its place on the centreline (m).
+    pub distances: Vec<f64>,
+    /// Root mean square of the distances (m).
+    pub rms: f64,
+}
+
+/// Sections among which the nearest place is looked for, less one.
+const SPACES: u32 = 100;
+
+/// Values of the free inputs for which the centreline is nearest to the points; all other inputs and the loads are those
+/// of `command`.
+///
+/// # Errors
+/// Where nothing can be searched for.
+pub fn shape_match(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    free: &[FreeInput],
+    points: &[ShapePoint],
+) -> Result<ShapeMatch, InverseProblem> {
+    check(robot, command, free, settings)?;
+    if points.is_empty() {
+        return Err(InverseProblem::NothingGiven);
+    }
+    for point in points {
+        let finite = point.position.iter().all(|c| c.is_finite());
+        if !(finite && point.deviation.is_finite() && point.deviation > 0.0) {
+            return Err(InverseProblem::NotFinite("a point"));
+        }
+        if let Some(label) = point.label.filter(|x| !(0.0..=robot.length() * (1.0 + 1e-9)).contains(x)) {
+            return Err(InverseProblem::Label(label));
+        }
+    }
+    // A point without label says nothing along the line.
+    let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
+    if numbers < free.len() {
+        return Err(InverseProblem::TooFew(numbers, free.len()));
+    }
+    let mut search = Search { robot, workspace, command, settings, free };
+    let (units, bounds) = (search.units(), search.bounds());
+    let starts = search.scout(STARTS, |search, found| places(search, points, found).residual(points).norm());
+    let mut best: Option<(f64, DVector<f64>, Evaluated<Equilibrium>)> = None;
+    for (_, values, found) in starts {
+        let Some(first) = evaluated(&mut search, found, points) else { continue };
+        let outcome = minimise(values, first, &bounds, &units, |values, near| {
+            let found = search.at(values, Some(near))?;
+            evaluated(&mut search, found, points)
+        });
+        let left = outcome.best.residual.norm();
+        if best.as_ref().is_none_or(|b| left < b.0) {
+            best = Some((left, outcome.values, outcome.best));
+        }
+    }
+    let (_, values, best) = best.ok_or(InverseProblem::NoEquilibrium)?;
+    let at_end = places(&mut search, points, &best.state);
+    let distances: Vec<f64> =
+        at_end.offsets.iter().zip(&at_end.across).map(|(offset, across)| (across * offset).norm()).collect();
+    let uncertainty = Uncertainty::new(&best.residual, &best.jacobian, numbers, &units);
+    Ok(ShapeMatch {
+        at_bound: bounds
+            .iter()
+            .zip(values.iter())
+            .map(|([low, high], v)| (v - low).min(high - v) <= 1e-6 * (high - low))
+            .collect(),
+        values: values.as_slice().to_vec(),
+        uncertainty,
+        equilibrium: best.state,
+        rms: (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt(),
+        distances,
+    })
+}
+
+/// Where the points lie against the centreline.
+struct Places {
+    labels: Vec<f64>,
+    /// Centre minus point (m).
+    offsets: Vec<Vector3<f64>>,
+    /// What of an offset counts.
+    across: Vec<Matrix3<f64>>,
+}
+
+impl Places {
+    fn residual(&self, points: &[ShapePoint]) -> DVector<f64> {
+        let weighted = self
+            .offsets
+            .iter()
+            .zip(&self.across)
+            .zip(points)
+            .map(|((d, across), p)| across * d / p.deviation);
+        DVector::from_iterator(3 * points.len(), weighted.flat_map(|v| [v.x, v.y, v.z]))
+    }
+}
+
+fn places(search: &mut Search, points: &[ShapePoint], found: &Equilibrium) -> Places {
+    let length = search.robot.length();
+    let (robot, workspace) = (search.robot, &mut *search.workspace);
+    let known = points.iter().all(|p| p.label.is_some());
+    let line: Vec<(f64, Vector3<f64>)> = if known {
+        Vec::new()
+    } else {
+        let samples: Vec<f64> = (0..=SPACES).map(|i| length * f64::from(i) / f64::from(SPACES)).collect();
+        let shape = Shape::at(robot, workspace, found, &samples);
+        shape.sections.iter().map(|s| (s.label, s.centre)).collect()
+    };
+    let labels: Vec<f64> = points
+        .iter()
+        .map(|p| p.label.map_or_else(|| nearest(&line, &p.position), |x| x.min(length)))
+        .collect();
+    let shape = Shape::at(robot, workspace, found, &labels);
+    let offsets = shape.sections.iter().zip(points).map(|(s, p)| s.centre - p.position).collect();
+    let across = shape.sections.iter().zip(points).map(|(section, point)| {
+        let tangent = section.rotation.column(0);
+        // At the ends a point may lie beyond the line.
+        let inside = section.label > 0.0 && section.label < length;
+        if point.label.is_none() && inside {
+            Matrix3::identity() - tangent * tangent.transpose()
+        } else {
+            Matrix3::identity()
+        }
+    });
+    Places { across: across.collect(), offsets, labels }
+}
+
+/// Label of the nearest place on a polyline.
+fn nearest(line: &[(f64, Vector3<f64>)], point: &Vector3<f64>) -> f64 {
+    let mut best = (f64::INFINITY, 0.0);
+    for pair in line.windows(2) {
+        let ((a, from), (b, to)) = (pair[0], pair[1]);
+        let way = to - from;
+        let share = ((point - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+        let distance = (from + way * share - point).norm();
+        if distance < best.0 {
+            best = (distance, a + share * (b - a));
+        }
+    }
+    best.1
+}
+
+fn evaluated(
+    search: &mut Search,
+    found: Equilibrium,
+    points: &[ShapePoint],
+) -> Option<Evaluated<Equilibrium>> {
+    let here = places(search, points, &found);
+    let centres = |robot: &Robot, workspace: &mut Workspace, moved: &Equilibrium| -> Vec<f64> {
+        let shape = Shape::at(robot, workspace, moved, &here.labels);
+        shape.sections.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z]).collect()
+    };
+    let slopes = outputs_by_inputs(search.robot, search.workspace, &found, centres)?;
+    let own = slopes.select_columns(&columns(&inputs_of(&found.command), search.free));
+    let mut jacobian = DMatrix::zeros(3 * points.len(), own.ncols());
+    for (i, (across, point)) in here.across.iter().zip(points).enumerate() {
+        let block = across * own.fixed_rows::<3>(3 * i) / point.deviation;
+        jacobian.fixed_rows_mut::<3>(3 * i).copy_from(&block);
+    }
+    Some(Evaluated { residual: here.residual(points), jacobian, state: found })
+}
