@@ -9,6 +9,7 @@ cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --t
 cppr section robots/r3.toml --plot $figures/sections.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 cppr continue robots/r3.toml --along load --to 2.5 --pull -5mm --tip-force -1,0,0N --branches --plot $figures/continuation.svg
+cppr match robots/r3.toml --points examples/shapes/r3.csv --plot $figures/match.svg
 report=$(mktemp -d)
 cppr sweep robots/r1.toml --pull -7..7mm:41 --rotate -180..180deg:91 --output "$report/workspace.csv" --plot $figures/workspace.svg
 cppr paper --output "$report/report"

@@ -156,6 +156,18 @@ fn thread(text: &str) -> Result<Thread, String> {
 }
 
 impl CommandArgs {
+    /// Tubes whose translation (false) or rotation (true) is given.
+    pub fn given(&self) -> Vec<(usize, bool)> {
+        let of = |list: &[ForTube], turns: bool| list.iter().map(|f| (f.tube, turns)).collect::<Vec<_>>();
+        [
+            of(&self.drive.pull, false),
+            of(&self.drive.tension, false),
+            of(&self.drive.rotate, true),
+            of(&self.drive.torque, true),
+        ]
+        .concat()
+    }
+
     /// Settings of the solver.
     pub fn settings(&self) -> Settings {
         let base = match self.rest.modes {

@@ -7,7 +7,7 @@ use cppr::analysis::Shape;
 use cppr::design::Robot;
 use cppr::solve::{Drive, Equilibrium, Formulation, Workspace};
 use cppr::statics::{Frame, RotationKnob, Station};
-use cppr_plot::{Figure, Force, Line, Part, PlotError, Pose, ShapeInput, shape_figure};
+use cppr_plot::{Figure, Force, Line, Marks, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
 
 /// Format of a figure file.
@@ -71,6 +71,27 @@ pub fn shape(
     found: &Equilibrium,
     samples: usize,
 ) -> Result<Figure, Failure> {
+    draw(robot, workspace, found, samples, Vec::new())
+}
+
+/// The same with points in it: their name and places (m).
+pub fn marked_shape(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    found: &Equilibrium,
+    marks: Option<(&str, Vec<[f64; 3]>)>,
+) -> Result<Figure, Failure> {
+    let marks = marks.map(|(name, points)| Marks { name: name.into(), points }).into_iter().collect();
+    draw(robot, workspace, found, SMOOTH, marks)
+}
+
+fn draw(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    found: &Equilibrium,
+    samples: usize,
+    marks: Vec<Marks>,
+) -> Result<Figure, Failure> {
     let samples = samples.max(SMOOTH);
     let rest = Equilibrium::rest(robot, &found.settings);
     let rest = lines(&Shape::sampled(robot, workspace, &rest, samples));
@@ -79,6 +100,7 @@ pub fn shape(
         title: title(robot, found),
         poses: vec![Pose { label: String::new(), lines: pose, forces: forces(robot, workspace, found) }],
         rest,
+        marks,
         ..ShapeInput::default()
     };
     shape_figure(&input).map_err(|e| plot_failure(&e))

@@ -129,7 +129,8 @@ fn name(input: Input) -> &'static str {
     }
 }
 
-fn place(section: &SectionLimit) -> String {
+/// Which notch of which tube.
+pub fn place(section: &SectionLimit) -> String {
     let x = plain(section.abscissa * 1e3, 1);
     match section.place {
         Place::Notch(number) => format!("tube {} notch {number} (x = {x} mm)", section.tube),
@@ -138,7 +139,8 @@ fn place(section: &SectionLimit) -> String {
     }
 }
 
-fn limit(limit: Limit) -> &'static str {
+/// A limit in a word.
+pub fn limit(limit: Limit) -> &'static str {
     match limit {
         Limit::Strain => "strain",
         Limit::Closure => "closure",

@@ -10,12 +10,16 @@ mod continuation;
 mod continuation_figure;
 mod export;
 mod figure;
+mod free;
 mod limits;
 mod output;
 mod paper;
 mod quantity;
+mod reach;
 mod scenario;
 mod section;
+mod sense;
+mod shape_match;
 mod solve;
 mod sweep;
 mod table;
@@ -56,6 +60,15 @@ enum Task {
     /// Many poses in one table: grids and samples of actuators, loads and design.
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(Box<sweep::Args>),
+    /// Actuator values that bring the tip to a position, a direction, or both.
+    #[command(after_help = reach::EXAMPLES)]
+    Reach(Box<reach::Args>),
+    /// Actuator values under which the robot passes through given points.
+    #[command(after_help = shape_match::EXAMPLES)]
+    Match(Box<shape_match::Args>),
+    /// The force on the tip from measured efforts and the tip's pose.
+    #[command(after_help = sense::EXAMPLES)]
+    Sense(Box<sense::Args>),
     /// Section properties along the tubes.
     #[command(after_help = section::EXAMPLES)]
     Section(section::Args),
@@ -92,6 +105,9 @@ fn main() -> ExitCode {
         Task::Continue(args) => continuation::run(&args),
         Task::Limits(args) => limits::run(&args),
         Task::Sweep(args) => sweep::run(&args),
+        Task::Reach(args) => reach::run(&args),
+        Task::Match(args) => shape_match::run(&args),
+        Task::Sense(args) => sense::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),

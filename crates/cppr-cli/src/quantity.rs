@@ -210,10 +210,36 @@ fn for_tube_with<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Res
     }
 }
 
+/// Reads `[K=]LOW..HIGH`.
+pub fn bounds(text: &str, kind: Kind) -> Result<ForTube<[f64; 2]>, String> {
+    let read = span_for_tube(text, kind)?;
+    match read.value {
+        Span::Range(low, high, None) => Ok(ForTube { tube: read.tube, value: [low, high] }),
+        _ => Err(format!("write least and greatest value, for instance 2=-5..5{}", kind.units()[0].0)),
+    }
+}
+
+/// Three numbers without unit that are not all zero.
+pub fn direction(text: &str) -> Result<[f64; 3], String> {
+    let parts: Vec<Option<f64>> = text
+        .split(',')
+        .map(|p| p.trim().parse().ok().filter(|v: &f64| v.is_finite() && v.abs() < 1e9))
+        .collect();
+    match parts[..] {
+        [Some(x), Some(y), Some(z)] if x.hypot(y).hypot(z) > 0.0 => Ok([x, y, z]),
+        [Some(_), Some(_), Some(_)] => Err("a direction of length 0 points nowhere".into()),
+        _ => {
+            Err(format!("{text} is no direction: write three numbers without unit, for instance 0.8,-0.6,0"))
+        }
+    }
+}
+
 #[cfg(test)]
 #[allow(clippy::float_cmp)]
 mod tests {
-    use super::{Kind, Span, bare_span, for_tube, scalar, span, span_for_tube, span_vector, vector};
+    use super::{
+        Kind, Span, bare_span, bounds, direction, for_tube, scalar, span, span_for_tube, span_vector, vector,
+    };
 
     #[test]
     fn units_become_si() {
@@ -230,6 +256,11 @@ mod tests {
         close("-1g", Kind::Acceleration, -9.81);
         assert_eq!(vector("0,1,-0.5N", Kind::Force).unwrap(), [0.0, 1.0, -0.5]);
         assert_eq!(vector("1mm, 2cm,3 mm", Kind::Length).unwrap(), [1e-3, 2e-2, 3e-3]);
+        let range = bounds("3=-5..7.5mm", Kind::Length).unwrap();
+        assert_eq!((range.tube, range.value), (3, [-5e-3, 7.5e-3]));
+        let turned = bounds("-1rad..90deg", Kind::Angle).unwrap();
+        assert_eq!((turned.tube, turned.value[0]), (2, -1.0));
+        assert_eq!(direction("0, -2,1e-3").unwrap(), [0.0, -2.0, 1e-3]);
         let third = for_tube("3=-1mm", Kind::Length).unwrap();
         assert_eq!((third.tube, third.value), (3, -1e-3));
     }
@@ -281,6 +312,13 @@ mod tests {
         assert!(vector("0,1e300,2N", Kind::Force).unwrap_err().contains("at most 1e9N"));
         assert!(vector("0,1N", Kind::Force).unwrap_err().contains("2 components"));
         assert!(vector("0,1,2", Kind::Force).unwrap_err().contains("2N"));
+        assert!(bounds("5mm", Kind::Length).unwrap_err().contains("2=-5..5mm"));
+        assert!(bounds("5..1mm", Kind::Length).unwrap_err().contains("the smaller value first"));
+        assert!(bounds("1=1..2mm", Kind::Length).unwrap_err().contains("leader"));
+        assert!(bounds("1..2", Kind::Angle).unwrap_err().contains("no unit"));
+        assert!(direction("0,0,0").unwrap_err().contains("points nowhere"));
+        assert!(direction("1,2").unwrap_err().contains("three numbers"));
+        assert!(direction("1,nan,2").unwrap_err().contains("three numbers"));
         assert!(for_tube("1=3mm", Kind::Length).unwrap_err().contains("leader"));
         assert!(for_tube("x=3mm", Kind::Length).unwrap_err().contains("tube number"));
     }

@@ -10,6 +10,7 @@ mod cursor;
 mod keys;
 mod material;
 mod notches;
+pub mod points;
 pub mod problems;
 mod profile_value;
 mod quantity;

@@ -20,6 +20,8 @@ pub struct Uncertainty {
     pub covariance: DMatrix<f64>,
     /// Standard deviation of each unknown (SI); infinite where it takes part in a blind combination.
     pub deviations: Vec<f64>,
+    /// Units of the search (SI): in these the combinations below are independent.
+    pub units: Vec<f64>,
     /// Independent combinations, best known first.
     pub principal: Vec<Principal>,
     /// Root mean square of the weighted residuals per degree of freedom: about 1 where model and deviations are right; NaN
@@ -72,6 +74,6 @@ impl Uncertainty {
             .collect();
         let freedom = numbers as f64 - principal.iter().filter(|p| !p.blind).count() as f64;
         let misfit = if freedom > 0.0 { (residual.norm_squared() / freedom).sqrt() } else { f64::NAN };
-        Self { covariance, deviations, principal, misfit }
+        Self { covariance, deviations, units: units.to_vec(), principal, misfit }
     }
 }

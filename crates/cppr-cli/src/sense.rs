@@ -1,0 +1,178 @@
+//! `cppr sense`: the force on the tip from measured efforts and the tip's pose.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::free::{self, HALF, line};
+use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
+use crate::table::plain;
+use cppr::Vector3;
+use cppr::analysis::Freedom;
+use cppr::analysis::inverse::{Measured, Principal, Sensed, sense};
+use cppr::design::Robot;
+use cppr::solve::Workspace;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr sense robots/r1.toml --pull 5mm --measured-tension 4.87N --measured-position 120.3,-66.6,7.2mm
+  cppr sense robots/r1.toml --pull 5mm --rotate 20deg --measured-tension 5.07N --measured-torque 3.8Nmm --measured-position 120.9,-65.5,-2mm --measured-direction 0.37,-0.93,-0.04 --json -
+  cppr sense robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --measured-tension 2=11.65N --measured-tension 3=-6.72N
+
+Motions and known loads are given as for cppr solve. What the measurements do not see is named.";
+
+/// Arguments of `cppr sense`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    /// Measured force of a follower, pull positive
+    #[arg(long, value_name = "[K=]FORCE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Force))]
+    measured_tension: Vec<ForTube>,
+    /// Measured torque of a follower
+    #[arg(long, value_name = "[K=]MOMENT", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Moment))]
+    measured_torque: Vec<ForTube>,
+    /// Measured position of the tip
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Length))]
+    measured_position: Option<[f64; 3]>,
+    /// Measured direction of the tip
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    measured_direction: Option<[f64; 3]>,
+    /// Standard deviation of measured forces
+    #[arg(long, value_name = "FORCE", default_value = "0.05N", value_parser = |t: &str| scalar(t, Kind::Force))]
+    tension_deviation: f64,
+    /// Standard deviation of measured torques
+    #[arg(long, value_name = "MOMENT", default_value = "1Nmm", value_parser = |t: &str| scalar(t, Kind::Moment))]
+    torque_deviation: f64,
+    /// Standard deviation of each coordinate of the position
+    #[arg(long, value_name = "LENGTH", default_value = "0.5mm", value_parser = |t: &str| scalar(t, Kind::Length))]
+    position_deviation: f64,
+    /// Standard deviation of the direction
+    #[arg(long, value_name = "ANGLE", default_value = "1deg", value_parser = |t: &str| scalar(t, Kind::Angle))]
+    direction_deviation: f64,
+    /// Look for a moment on the tip as well
+    #[arg(long)]
+    moment: bool,
+    #[command(flatten)]
+    command: CommandArgs,
+    /// Write the answer, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+impl Args {
+    fn measured(&self) -> Vec<Measured> {
+        let efforts = |list: &[ForTube], freedom: Freedom, deviation: f64| -> Vec<Measured> {
+            list.iter().map(|m| Measured::Effort(m.tube, freedom, m.value, deviation)).collect()
+        };
+        let mut list = efforts(&self.measured_tension, Freedom::PushPull, self.tension_deviation);
+        list.extend(efforts(&self.measured_torque, Freedom::Rotation, self.torque_deviation));
+        let position = self.measured_position.map(|p| Measured::Position(p.into(), self.position_deviation));
+        let direction =
+            self.measured_direction.map(|d| Measured::Direction(d.into(), self.direction_deviation));
+        list.extend(position.into_iter().chain(direction));
+        list
+    }
+}
+
+/// Fits, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let json = args.json.as_deref();
+    output::check(&args.robot, &[("--json", json)])?;
+    let measured = args.measured();
+    if measured.is_empty() {
+        return Err(Failure::Input(
+            "say what was measured: --measured-tension, --measured-torque, --measured-position, --measured-direction"
+                .into(),
+        ));
+    }
+    let (_, robot) = read_robot(&args.robot)?;
+    let command = args.command.command(&robot)?;
+    let mut workspace = Workspace::new();
+    let answer = sense(&robot, &mut workspace, &command, &args.command.settings(), &measured, args.moment)
+        .map_err(|p| free::failure(&p))?;
+    if let Some(path) = json {
+        write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
+    }
+    let text = table(&robot, &answer, args.moment);
+    if json.is_some_and(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
+}
+
+fn table(robot: &Robot, answer: &Sensed, moment: bool) -> String {
+    let mut text = format!(
+        "{}: {} on the tip, base frame\n",
+        robot.design().name,
+        if moment { "wrench" } else { "force" }
+    );
+    let mut components = |name: &str, values: Vector3<f64>, from: usize, size: f64, unit: &str| {
+        for (axis, letter) in ["x", "y", "z"].iter().enumerate() {
+            let deviation = answer.uncertainty.deviations[from + axis];
+            let rest = if deviation.is_finite() {
+                let value = format!("{:>9}", plain(values[axis] / size, 4));
+                format!("{value} ± {} {unit}", plain(HALF * deviation / size, 4))
+            } else {
+                format!("{:>9}", "not seen")
+            };
+            line(&mut text, &format!("{name} {letter}"), &rest);
+        }
+    };
+    components("force", answer.force, 0, 1.0, "N");
+    if moment {
+        components("moment", answer.moment, 3, 1e-3, "N mm");
+    }
+    let uncertainty = &answer.uncertainty;
+    if uncertainty.principal.iter().any(|p| p.blind) {
+        let loads = answer.force.iter().chain(answer.moment.iter());
+        let shares: Vec<f64> = loads.zip(&uncertainty.units).map(|(load, unit)| load / unit).collect();
+        let force = uncertainty.units.first().copied().unwrap_or(f64::NAN);
+        for principal in &uncertainty.principal {
+            if principal.blind {
+                line(&mut text, "not seen", &along(principal));
+            } else {
+                let value: f64 = principal.direction.iter().zip(&shares).map(|(d, s)| d * s * force).sum();
+                let spread = plain(HALF * principal.deviation * force, 4);
+                line(
+                    &mut text,
+                    "seen",
+                    &format!("{:>9} ± {spread} N along {}", plain(value, 4), along(principal)),
+                );
+            }
+        }
+    }
+    let misfit = answer.uncertainty.misfit;
+    if misfit.is_finite() {
+        let rest =
+            format!("{:>9} (1 where the stated deviations are right and the model is)", plain(misfit, 2));
+        line(&mut text, "noise / stated", &rest);
+    }
+    text
+}
+
+/// The components that take part.
+fn along(principal: &Principal) -> String {
+    let names = ["force x", "force y", "force z", "moment x / L", "moment y / L", "moment z / L"];
+    let parts = names.iter().zip(&principal.direction).filter(|(_, share)| share.abs() > 0.005);
+    parts.map(|(name, share)| format!("{share:+.2} {name}")).collect::<Vec<_>>().join(", ")
+}
+
+fn as_json(robot: &Robot, answer: &Sensed, moment: bool) -> Value {
+    let n = answer.uncertainty.deviations.len();
+    let covariance: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| answer.uncertainty.covariance[(i, j)]).collect()).collect();
+    let blind: Vec<&Vec<f64>> =
+        answer.uncertainty.principal.iter().filter(|p| p.blind).map(|p| &p.direction).collect();
+    json!({
+        "schema": "cppr/sense", "schema_version": 1, "robot": robot.design().name,
+        "force_N": <[f64; 3]>::from(answer.force),
+        "moment_Nm": moment.then(|| <[f64; 3]>::from(answer.moment)),
+        "standard_deviations": answer.uncertainty.deviations, "covariance": covariance, "not_seen": blind,
+        "noise_against_stated": answer.uncertainty.misfit,
+    })
+}

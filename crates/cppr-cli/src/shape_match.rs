@@ -1,0 +1,124 @@
+//! `cppr match`: actuator values for a measured or wanted shape.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::figure;
+use crate::free::{self, FreeArgs, line};
+use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::quantity::{Kind, scalar};
+use crate::table::plain;
+use cppr::analysis::inverse::{FreeInput, ShapeMatch, shape_match};
+use cppr::design::Robot;
+use cppr::solve::Workspace;
+use cppr_io::points::read_points;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr match robots/r3.toml --points examples/shapes/r3.csv
+  cppr match robots/r3.toml --points examples/shapes/r3.csv --rotate 0deg --plot match.svg --json -
+
+The table has columns x_mm, y_mm, z_mm, and may have at_mm (distance from the baseplate along the robot at rest; without
+it the nearest place counts) and sigma_mm. Actuators that are given a value keep it, all others are free.";
+
+/// Arguments of `cppr match`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    /// Points on the centreline (CSV)
+    #[arg(long, value_name = "FILE")]
+    points: PathBuf,
+    /// Standard deviation of each coordinate, for points without sigma_mm
+    #[arg(long, value_name = "LENGTH", default_value = "0.5mm", value_parser = |t: &str| scalar(t, Kind::Length))]
+    point_deviation: f64,
+    #[command(flatten)]
+    command: CommandArgs,
+    #[command(flatten)]
+    free: FreeArgs,
+    /// Write the answer, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Draw the answer and the points, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+/// Reads, searches, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let plot = args.plot.as_deref().map(figure::format).transpose()?;
+    let json = args.json.as_deref();
+    let outputs = [("--json", json), ("--plot", args.plot.as_deref())];
+    output::check(&args.robot, &outputs)?;
+    output::check(&args.points, &outputs)?;
+    if args.point_deviation <= 0.0 {
+        return Err(Failure::Input("--point-deviation is a deviation: write it above 0".into()));
+    }
+    let shown = args.points.display();
+    let text = std::fs::read_to_string(&args.points)
+        .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
+    let points = read_points(&text, args.point_deviation).map_err(|problems| {
+        let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
+        Failure::Input(lines.join("\n"))
+    })?;
+    let (_, robot) = read_robot(&args.robot)?;
+    let command = args.command.command(&robot)?;
+    let mut workspace = Workspace::new();
+    let free = args.free.free(&args.command, &robot, &mut workspace, &command)?;
+    let settings = args.command.settings();
+    let answer = shape_match(&robot, &mut workspace, &command, &settings, &free, &points)
+        .map_err(|p| free::failure(&p))?;
+    if let Some(path) = json {
+        let whole = json!({
+            "schema": "cppr/match", "schema_version": 1, "robot": robot.design().name,
+            "inputs": free::inputs_json(&free, &answer.values, &answer.at_bound, Some(&answer.uncertainty.deviations)),
+            "rms_distance_m": answer.rms, "distances_m": answer.distances,
+            "noise_against_stated": answer.uncertainty.misfit,
+            "actuators": free::efforts_json(&answer.equilibrium),
+        });
+        write_or_print(path, &format!("{whole:#}\n"))?;
+    }
+    if let (Some(path), Some(format)) = (&args.plot, plot) {
+        let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
+        let drawn = figure::marked_shape(&robot, &mut workspace, &answer.equilibrium, marks)?;
+        figure::write(path, format, &drawn)?;
+    }
+    let text = table(&robot, &mut workspace, &free, &answer);
+    if json.is_some_and(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
+}
+
+fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &ShapeMatch) -> String {
+    let count = answer.distances.len();
+    let mut text = format!("{}: {count} point{}\n", robot.design().name, if count == 1 { "" } else { "s" });
+    free::inputs_table(&mut text, free, &answer.values, &answer.at_bound, Some(&answer.uncertainty));
+    let largest = answer.distances.iter().copied().fold(0.0, f64::max);
+    let distances = format!(
+        "{:>9} mm root mean square, {} mm at most",
+        plain(answer.rms * 1e3, 3),
+        plain(largest * 1e3, 3)
+    );
+    line(&mut text, "distances", &distances);
+    let misfit = answer.uncertainty.misfit;
+    if misfit.is_finite() {
+        let rest =
+            format!("{:>9} (1 where the stated deviations are right and the model is)", plain(misfit, 2));
+        line(&mut text, "noise / stated", &rest);
+    }
+    for blind in answer.uncertainty.principal.iter().filter(|p| p.blind) {
+        let parts: Vec<String> = free
+            .iter()
+            .zip(&blind.direction)
+            .map(|(f, share)| format!("{share:+.2} {}", free::name(f.input)))
+            .collect();
+        line(&mut text, "not seen", &format!("{} (shares of the bounds)", parts.join(", ")));
+    }
+    free::state_table(&mut text, robot, workspace, &answer.equilibrium);
+    text
+}
