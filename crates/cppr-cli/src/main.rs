@@ -8,6 +8,7 @@ mod cloud;
 mod command;
 mod continuation;
 mod continuation_figure;
+mod derivatives;
 mod export;
 mod figure;
 mod free;
@@ -69,6 +70,9 @@ enum Task {
     /// The force on the tip from measured efforts and the tip's pose.
     #[command(after_help = sense::EXAMPLES)]
     Sense(Box<sense::Args>),
+    /// How tip and efforts answer to actuators, loads and any number of the robot file.
+    #[command(after_help = derivatives::EXAMPLES)]
+    Derivatives(Box<derivatives::Args>),
     /// Section properties along the tubes.
     #[command(after_help = section::EXAMPLES)]
     Section(section::Args),
@@ -108,6 +112,7 @@ fn main() -> ExitCode {
         Task::Reach(args) => reach::run(&args),
         Task::Match(args) => shape_match::run(&args),
         Task::Sense(args) => sense::run(&args),
+        Task::Derivatives(args) => derivatives::run(&args),
         Task::Section(args) => section::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),

@@ -116,6 +116,7 @@ fn every_command_of_the_documentation_works() {
         "docs/src/sweeps.md",
         "docs/src/export.md",
         "docs/src/inverse.md",
+        "docs/src/theory/derivatives.md",
         "docs/src/calibration.md",
         "docs/src/paper.md",
     ] {

@@ -61,6 +61,19 @@ impl DesignKeys {
         Ok(own)
     }
 
+    /// Values of the keys, in the order they were given.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        let mut file = self.file.clone();
+        let mut number = |path: &Vec<String>| match find(&mut file, path) {
+            Ok(Value::Float(value)) => *value,
+            #[allow(clippy::cast_precision_loss)]
+            Ok(Value::Integer(value)) => *value as f64,
+            _ => f64::NAN,
+        };
+        self.keys.iter().map(&mut number).collect()
+    }
+
     /// The robot with these values of the keys, or every reason why there is none.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use super::assembly::{Assembly, Efforts, RotationKnob, Setting};
 use super::load::{DistributedForce, Frame, Loads, Station, Thread, Wrench};
-use crate::design::fields::Part;
+use crate::design::fields::{FieldJets, Fields, Jet, Part};
 use crate::design::{BelowPlate, Material, NotchedTube, Outline, Profile, StiffnessTube, Torsion};
 use crate::design::{Robot, RobotDesign, TubeDesign};
 use crate::kinematics::Resolution;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use num_dual::{Dual64, DualNum, HyperDual64};
 
-trait Number: DualNum<Primitive = f64> + Copy {}
+pub(super) trait Number: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 type V<T> = [T; 3];
@@ -55,17 +55,31 @@ type Pose<T> = (V<V<T>>, V<T>);
 /// A node: K, e_1 and per follower |h|, θ, D, m.
 type Node<T> = (V<T>, T, Vec<[T; 4]>);
 
-struct Primal<T> {
-    lagrangian: T,
+pub(super) struct Primal<T> {
+    pub lagrangian: T,
     /// Poses at the elements' ends.
     ends: Vec<Pose<T>>,
 }
 
 /// 𝓛 with every potential load, at coordinates u.
-#[allow(clippy::too_many_lines)]
 fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T> {
+    primal_along(setting, efforts, u, None)
+}
+
+/// The same for the robot whose fields have moved by p times the given rates, one per tube; directions stay.
+#[allow(clippy::too_many_lines)]
+pub(super) fn primal_along<T: Number>(
+    setting: &Setting,
+    efforts: &Efforts,
+    u: &[T],
+    along: Option<(&[Fields], T)>,
+) -> Primal<T> {
     let Setting { robot, layout, knob, .. } = setting;
     let loads = setting.kinds();
+    let value = |tube: usize, x: T, part: Part, pick: fn(&FieldJets) -> Jet| {
+        let own = taylor(pick(&robot.fields[tube].jets(x.re(), part)), x);
+        along.map_or(own, |(rates, p)| own + p * taylor(pick(&rates[tube].jets(x.re(), part)), x))
+    };
     let followers = layout.tubes - 1;
     let label = |joint: Joint| match joint {
         Joint::Fixed(x) => T::from(x),
@@ -111,8 +125,8 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
             let mut h = vec![T::one(); rule.n];
             for _ in 0..60 {
                 for i in 0..rule.n {
-                    let d1 = taylor(robot.fields[0].offset(labels[i].re(), Part::Pattern), labels[i]);
-                    let d = taylor(robot.fields[f + 1].offset(faces[i].re(), part(element, f + 1)), faces[i]);
+                    let d1 = value(0, labels[i], Part::Pattern, |j| j.offset);
+                    let d = value(f + 1, faces[i], part(element, f + 1), |j| j.offset);
                     let k = own[i].0;
                     h[i] = (T::one()
                         + own[i].1
@@ -126,35 +140,34 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
                 }
             }
             for i in 0..rule.n {
-                let jets = robot.fields[f + 1].jets(faces[i].re(), part(element, f + 1));
-                let at = |jet: [f64; 3]| taylor(jet, faces[i]);
+                let direction = robot.fields[f + 1].direction(faces[i].re(), part(element, f + 1));
+                let at = |pick: fn(&FieldJets) -> Jet| value(f + 1, faces[i], part(element, f + 1), pick);
                 let k = own[i].0;
                 let (s, c) = (angles[i].sin(), angles[i].cos());
                 let twist =
-                    (k[0] - rate(i)) / h[i] - at([jets.direction[1], jets.direction[2], jets.direction[3]]);
+                    (k[0] - rate(i)) / h[i] - taylor([direction[1], direction[2], direction[3]], faces[i]);
                 let (y, z) = ((c * k[1] - s * k[2]) / h[i], (s * k[1] + c * k[2]) / h[i]);
-                let mut energy = at(jets.torsion) * twist * twist
-                    + at(jets.bending_y) * y * y
-                    + at(jets.bending_z) * z * z;
+                let mut energy = at(|j| j.torsion) * twist * twist
+                    + at(|j| j.bending_y) * y * y
+                    + at(|j| j.bending_z) * z * z;
                 if layout.stretch {
-                    energy += at(jets.axial) * stretch(i) * stretch(i);
+                    energy += at(|j| j.axial) * stretch(i) * stretch(i);
                 }
                 total += length * h[i] * energy * (0.5 * rule.weights[i]);
-                own[i].2.push([h[i], angles[i], at(jets.offset), at(jets.mass)]);
+                own[i].2.push([h[i], angles[i], at(|j| j.offset), at(|j| j.mass)]);
             }
             let sum = |v: &dyn Fn(usize) -> T| (0..rule.n).fold(T::zero(), |s, j| s + v(j) * rule.weights[j]);
             joint[f] = [joint[f][0] - length * sum(&|j| h[j]), joint[f][1] - length * sum(&|j| change[j])];
         }
         for i in 0..rule.n {
-            let jets = robot.fields[0].jets(labels[i].re(), Part::Pattern);
-            let at = |jet: [f64; 3]| taylor(jet, labels[i]);
+            let at = |pick: fn(&FieldJets) -> Jet| value(0, labels[i], Part::Pattern, pick);
             let (k, stretch) = (own[i].0, own[i].1);
             let twist = k[0] - phi(0, labels[i], 1);
-            let mut energy = at(jets.torsion) * twist * twist
-                + at(jets.bending_y) * k[1] * k[1]
-                + at(jets.bending_z) * k[2] * k[2];
+            let mut energy = at(|j| j.torsion) * twist * twist
+                + at(|j| j.bending_y) * k[1] * k[1]
+                + at(|j| j.bending_z) * k[2] * k[2];
             if layout.stretch {
-                energy += at(jets.axial) * stretch * stretch;
+                energy += at(|j| j.axial) * stretch * stretch;
             }
             total += length * energy * (0.5 * rule.weights[i]);
         }
@@ -214,7 +227,7 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
             frame = columns.map(|column| to_world(&frame, column));
             if s < n {
                 let x = label(element.start) + length * rule.nodes[s];
-                let d1 = taylor(robot.fields[0].offset(x.re(), Part::Pattern), x);
+                let d1 = value(0, x, Part::Pattern, |j| j.offset);
                 let g = one + nodes[e][s].1 + d1 * nodes[e][s].0[2];
                 tangents.push(frame[0].map(|t| t * g));
                 frames.push(frame);
@@ -240,9 +253,8 @@ fn primal<T: Number>(setting: &Setting, efforts: &Efforts, u: &[T]) -> Primal<T>
             }
             if let Some(gravity) = loads.gravity {
                 let g: V<T> = fixed(gravity);
-                let jets = robot.fields[0].jets(x.re(), Part::Pattern);
-                let at = plus(centre, frames[i][1], taylor(jets.offset, x));
-                total -= dot(g, at) * taylor(jets.mass, x) * share;
+                let at = plus(centre, frames[i][1], value(0, x, Part::Pattern, |j| j.offset));
+                total -= dot(g, at) * value(0, x, Part::Pattern, |j| j.mass) * share;
                 for &[h, angle, offset, mass] in &nodes[e][i].2 {
                     let at = plus(
                         plus(centre, frames[i][1], -offset * angle.cos()),
@@ -315,7 +327,7 @@ fn test_robot() -> Robot {
     Robot::new(RobotDesign { name: "test".into(), length: 0.15, tubes }).unwrap()
 }
 
-struct Noise(u64);
+pub(super) struct Noise(pub u64);
 
 impl Noise {
     fn next(&mut self) -> f64 {
@@ -324,7 +336,7 @@ impl Noise {
     }
 }
 
-fn potential_loads() -> Loads {
+pub(super) fn potential_loads() -> Loads {
     let force = Wrench::tip_force(Vector3::new(0.1, -0.3, 0.2));
     Loads {
         wrenches: vec![
@@ -343,17 +355,17 @@ fn potential_loads() -> Loads {
     }
 }
 
-struct Case {
-    robot: Robot,
+pub(super) struct Case {
+    pub robot: Robot,
     layout: Arc<Layout>,
     loads: Loads,
-    efforts: Efforts,
-    u: Vec<f64>,
+    pub efforts: Efforts,
+    pub u: Vec<f64>,
     units: Vec<f64>,
 }
 
 impl Case {
-    fn new(loads: Loads, stretch: bool, edge: bool, seed: u64) -> Self {
+    pub fn new(loads: Loads, stretch: bool, edge: bool, seed: u64) -> Self {
         let robot = test_robot();
         let modes = Resolution {
             twist: 2,
@@ -380,11 +392,11 @@ impl Case {
         Self { robot, layout, loads, efforts, u, units }
     }
 
-    fn setting(&self, knob: RotationKnob) -> Setting<'_> {
+    pub fn setting(&self, knob: RotationKnob) -> Setting<'_> {
         Setting { robot: &self.robot, layout: &self.layout, loads: Each::same(&self.loads), knob }
     }
 
-    fn assemble(&self, knob: RotationKnob, u: &[f64]) -> Assembly {
+    pub fn assemble(&self, knob: RotationKnob, u: &[f64]) -> Assembly {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
         assert_eq!(state.evaluate(&self.robot, &self.layout, u, true), 0);
         poses.evaluate(&self.robot, &self.layout, &state);
@@ -393,12 +405,12 @@ impl Case {
         assembly
     }
 
-    fn direction(&self, noise: &mut Noise) -> Vec<f64> {
+    pub fn direction(&self, noise: &mut Noise) -> Vec<f64> {
         self.units.iter().map(|s| s * noise.next()).collect()
     }
 }
 
-fn inner(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -3,6 +3,8 @@
 pub(crate) mod assembly;
 #[cfg(test)]
 mod check;
+#[cfg(test)]
+mod check_parameters;
 pub(crate) mod energy;
 pub mod load;
 pub(crate) mod printed;

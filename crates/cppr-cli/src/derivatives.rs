@@ -1,0 +1,235 @@
+//! `cppr derivatives`: how tip and efforts answer to actuators, loads and any number of the robot file.
+
+use crate::Failure;
+use crate::command::{CommandArgs, read_robot};
+use crate::free::{efforts_json, name, unit};
+use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::table::plain;
+use cppr::analysis::shape::tip_pose;
+use cppr::analysis::{Freedom, Input, Perturbed, Sensitivity, Shape, parameter_sensitivity, sensitivity};
+use cppr::design::Robot;
+use cppr::solve::{Equilibrium, Workspace, solve};
+use cppr::statics::RotationKnob;
+use cppr::{Matrix3, Vector3};
+use cppr_sweep::DesignKeys;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Shown by `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  cppr derivatives robots/r3.toml --pull 5mm
+  cppr derivatives robots/r3.toml --pull 5mm --rotate 20deg --by material.youngs_modulus_GPa,tube2.notches.depth_mm.0
+  cppr derivatives robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm --json -
+
+Keys are those of the robot file, as for cppr sweep --vary. Columns: tip position (mm), tip rotation about the base frame's axes (deg),
+and what each actuator exerts (N, N mm) or, where its effort is given, where it stands (mm, deg).";
+
+/// Step of a parameter against its value.
+const STEP: f64 = 1e-3;
+
+/// Arguments of `cppr derivatives`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Robot file (TOML)
+    robot: PathBuf,
+    #[command(flatten)]
+    command: CommandArgs,
+    /// Numbers of the robot file to differentiate by
+    #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
+    by: Vec<String>,
+    /// Write everything in SI units, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Derivatives by one number of the robot file, in the unit of its key.
+struct ByKey {
+    key: String,
+    /// Tip twist per unit: m and rad.
+    twist: [f64; 6],
+    /// Conjugate of every input per unit (SI).
+    response: Vec<f64>,
+}
+
+/// Differentiates, prints, writes.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let json = args.json.as_deref();
+    output::check(&args.robot, &[("--json", json)])?;
+    let (_, robot) = read_robot(&args.robot)?;
+    let command = args.command.command(&robot)?;
+    let mut workspace = Workspace::new();
+    let found = solve(&robot, &mut workspace, &command, &args.command.settings())
+        .map_err(|p| Failure::Input(p.to_string()))?;
+    if !found.status.is_equilibrium() {
+        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+    }
+    let exact = sensitivity(&robot, &mut workspace, &found).ok_or_else(|| {
+        Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
+    })?;
+    let shown = args.robot.display();
+    let text = std::fs::read_to_string(&args.robot)
+        .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
+    let mut keys = Vec::new();
+    for key in &args.by {
+        keys.push(by_key(&text, key.trim(), &robot, &mut workspace, &found, &exact)?);
+    }
+    if let Some(path) = json {
+        write_or_print(path, &format!("{:#}\n", as_json(&robot, &found, &exact, &keys)))?;
+    }
+    let text = table(&robot, &found, &exact, &keys);
+    if json.is_some_and(is_stdout) {
+        note(&text);
+        Ok(())
+    } else {
+        print(&text)
+    }
+}
+
+fn by_key(
+    text: &str,
+    key: &str,
+    robot: &Robot,
+    workspace: &mut Workspace,
+    found: &Equilibrium,
+    exact: &Sensitivity,
+) -> Result<ByKey, Failure> {
+    let fail = |why: String| Failure::Input(format!("--by {key}: {why}"));
+    let keys = DesignKeys::new(text, &[key]).map_err(|p| fail(p.to_string()))?;
+    let value = keys.values()[0];
+    if value.abs() <= 0.0 {
+        return Err(fail("the value is 0, from which no step follows; write it away from 0".into()));
+    }
+    let at = |by: f64| keys.clone().robot(&[value + by]).ok();
+    let moved = Perturbed::new(STEP * value, at)
+        .ok_or_else(|| fail(format!("no robot can be built with a value {} % off", 200.0 * STEP)))?;
+    let (before, _) = tip_pose(robot, workspace, found);
+    let read = |robot: &Robot, workspace: &mut Workspace, found: &Equilibrium| -> Vec<f64> {
+        let (rotation, tip) = tip_pose(robot, workspace, found);
+        // The rotation from the tip as it was, first order in the step: its antisymmetric part.
+        let turn: Matrix3<f64> = rotation * before.transpose();
+        let spin = Vector3::new(
+            turn[(2, 1)] - turn[(1, 2)],
+            turn[(0, 2)] - turn[(2, 0)],
+            turn[(1, 0)] - turn[(0, 1)],
+        ) * 0.5;
+        let mut values: Vec<f64> = tip.iter().chain(spin.iter()).copied().collect();
+        values.extend(conjugates(robot, workspace, found, &exact.inputs));
+        values
+    };
+    let slopes = parameter_sensitivity(robot, workspace, found, &moved, read)
+        .ok_or_else(|| Failure::NoEquilibrium(format!("--by {key}: nothing has a derivative here")))?;
+    let mut twist = [0.0; 6];
+    twist.copy_from_slice(&slopes[..6]);
+    Ok(ByKey { key: key.into(), twist, response: slopes[6..].to_vec() })
+}
+
+/// What answers to every input: its effort where its motion is given, its motion where its effort is.
+fn conjugates(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium, inputs: &[Input]) -> Vec<f64> {
+    let base = Shape::at(robot, workspace, found, &[0.0]).sections.remove(0);
+    let conjugate = |input: &Input| {
+        let (state, tube) = (found.actuators[input.tube - 2], input.tube - 1);
+        let motion = base.tubes[tube].abscissa;
+        match (input.freedom, input.is_motion) {
+            (Freedom::PushPull, true) => state.tension,
+            (Freedom::Rotation, true) => state.torque,
+            (Freedom::PushPull, false) => motion,
+            (Freedom::Rotation, false) => {
+                let direction = |x: f64| robot.fields_at(tube, x).direction;
+                let slid = match found.command.knob {
+                    RotationKnob::Base => direction(0.0) - direction(motion),
+                    RotationKnob::RelativeAngle => 0.0,
+                };
+                slid - base.angles[tube - 1]
+            }
+        }
+    };
+    inputs.iter().map(conjugate).collect()
+}
+
+/// Size and unit of what answers to an input.
+fn answer_unit(input: Input) -> (f64, &'static str) {
+    unit(Input { is_motion: !input.is_motion, ..input })
+}
+
+fn table(robot: &Robot, found: &Equilibrium, exact: &Sensitivity, keys: &[ByKey]) -> String {
+    let degree = 1.0_f64.to_radians();
+    let sizes: Vec<f64> = [1e-3, 1e-3, 1e-3, degree, degree, degree]
+        .into_iter()
+        .chain(exact.inputs.iter().map(|i| answer_unit(*i).0))
+        .collect();
+    let mut heads: Vec<String> =
+        ["x mm", "y mm", "z mm", "rot x deg", "rot y deg", "rot z deg"].map(String::from).into();
+    heads.extend(exact.inputs.iter().map(|i| {
+        let answer = Input { is_motion: !i.is_motion, ..*i };
+        format!("{} {}", name(answer).replace("tube ", "t"), answer_unit(*i).1)
+    }));
+    let mut text = format!("{}: {}\n", robot.design().name, crate::table::status(found));
+    let mut line = |head: &str, cells: Vec<String>| {
+        let _ = write!(text, "  {head:<30}");
+        for cell in cells {
+            let _ = write!(text, "{cell:>16}");
+        }
+        text.push('\n');
+    };
+    line("by", heads);
+    let mut row = |head: String, values: Vec<f64>, per: f64| {
+        let cells = values.iter().zip(&sizes).map(|(v, size)| plain(v * per / size, 4)).collect();
+        line(&head, cells);
+    };
+    for (c, input) in exact.inputs.iter().enumerate() {
+        let values =
+            exact.tip_jacobian.column(c).iter().chain(exact.response.column(c).iter()).copied().collect();
+        let (size, unit) = unit(*input);
+        row(format!("{} ({unit})", name(*input)), values, size);
+    }
+    for (c, (head, size)) in [
+        ("tip force x (N)", 1.0),
+        ("tip force y (N)", 1.0),
+        ("tip force z (N)", 1.0),
+        ("tip moment x (N mm)", 1e-3),
+        ("tip moment y (N mm)", 1e-3),
+        ("tip moment z (N mm)", 1e-3),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let answers = exact.response_by_wrench.column(c);
+        let values = exact.compliance.column(c).iter().chain(answers.iter()).copied().collect();
+        row(head.into(), values, size);
+    }
+    for by in keys {
+        row(by.key.clone(), by.twist.iter().chain(&by.response).copied().collect(), 1.0);
+    }
+    text
+}
+
+fn as_json(robot: &Robot, found: &Equilibrium, exact: &Sensitivity, keys: &[ByKey]) -> Value {
+    let inputs: Vec<Value> = exact
+        .inputs
+        .iter()
+        .map(|i| {
+            let full = name(*i);
+            json!({ "tube": i.tube, "actuator": full.rsplit(' ').next().unwrap_or_default() })
+        })
+        .collect();
+    let rows = |rows: usize, columns: usize, at: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+        (0..rows).map(|r| (0..columns).map(|c| at(r, c)).collect()).collect()
+    };
+    let m = exact.inputs.len();
+    let keys: Vec<Value> = keys
+        .iter()
+        .map(|by| json!({ "key": by.key, "tip_twist_per_unit": by.twist, "response_per_unit": by.response }))
+        .collect();
+    json!({
+        "schema": "cppr/derivatives", "schema_version": 1, "robot": robot.design().name, "inputs": inputs,
+        "actuators": efforts_json(found),
+        "tip_jacobian": rows(6, m, &|r, c| exact.tip_jacobian[(r, c)]),
+        "tip_jacobian_body": rows(6, m, &|r, c| exact.tip_jacobian_body[(r, c)]),
+        "response": rows(m, m, &|r, c| exact.response[(r, c)]),
+        "tip_compliance": rows(6, 6, &|r, c| exact.compliance[(r, c)]),
+        "response_by_wrench": rows(m, 6, &|r, c| exact.response_by_wrench[(r, c)]),
+        "by": keys,
+    })
+}
