@@ -96,6 +96,20 @@ fn a_push_goes_through_the_plate_and_past_loads() {
 }
 
 #[test]
+fn actuation_alone_makes_no_prototype_unstable() {
+    for (name, factor) in [("R1", 1.27), ("R2", 1.27), ("R3", 1.32), ("R4", 1.06)] {
+        let robot = prototype(name, factor, BelowPlate::Plain);
+        for to in [-25.0, 25.0] {
+            let family = Family::actuator(Command::pull(&[0.0]), 2, Freedom::PushPull, to * MM).unwrap();
+            let branch = first(&robot, &family);
+            assert_eq!(branch.end, End::Last);
+            assert!(kinds(&branch).iter().all(|p| p.kind == PointKind::Edge { tube: 2 }), "{name} {to}");
+            assert!(branch.points.iter().all(|p| p.margin > Some(0.5)), "{name} {to}");
+        }
+    }
+}
+
+#[test]
 fn two_edges_pass_each_other() {
     let tube = |radii: [f64; 2], depth: f64, direction: f64| {
         TubeDesign::Notched(NotchedTube {
