@@ -97,12 +97,9 @@ pub fn tip_pose(
     workspace: &mut Workspace,
     equilibrium: &Equilibrium,
 ) -> (Matrix3<f64>, Vector3<f64>) {
-    // Strains and poses are enough: no tangent.
-    let Workspace { state, poses, .. } = workspace;
-    let _ = state.evaluate(robot, &equilibrium.layout, &equilibrium.point.coordinates, false);
-    poses.evaluate(robot, &equilibrium.layout, state);
-    let last = poses.rotation.len() - 1;
-    (poses.rotation[last], poses.centre[last])
+    equilibrium.refresh(robot, workspace);
+    let last = workspace.poses.rotation.len() - 1;
+    (workspace.poses.rotation[last], workspace.poses.centre[last])
 }
 
 /// A place on the leader and what is known there.
