@@ -15,6 +15,7 @@ mod command;
 mod design;
 mod equilibrium;
 mod errors;
+mod inverse;
 mod many;
 mod robot;
 mod sweep;
@@ -33,6 +34,9 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(analysis::limits, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::ranges, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::trace, m)?)?;
+    m.add_function(wrap_pyfunction!(inverse::reach, m)?)?;
+    m.add_function(wrap_pyfunction!(inverse::match_shape, m)?)?;
+    m.add_function(wrap_pyfunction!(inverse::sense, m)?)?;
     m.add_function(wrap_pyfunction!(many::solve_many, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::sweep, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;

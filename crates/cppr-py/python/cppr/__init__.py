@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from . import _analysis, _frames, _many, _plot, _show
+from . import _analysis, _frames, _inverse, _many, _plot, _show
 from ._analysis import Branch, Governing, Limits, RangeEnd, SafeRange, SectionLimit
 from ._calibrate import Calibration, Residual, calibrate
 from ._cppr import Equilibrium, Robot, Shape, __version__
@@ -39,6 +39,7 @@ from ._errors import (
     RobotError,
     UnitWarning,
 )
+from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import DistributedForce, Gravity, Load, Thread, VectorLike, Wrench
 from ._many import Solutions
 from ._section import SectionProperties, section
@@ -56,6 +57,9 @@ for _class, _method in (
     (Equilibrium, _analysis.limits),
     (Equilibrium, _analysis.safe_ranges),
     (Equilibrium, _analysis.continue_path),
+    (Equilibrium, _inverse.reach),
+    (Equilibrium, _inverse.match_shape),
+    (Equilibrium, _inverse.sense),
     (Equilibrium, _plot.plot),
     (Equilibrium, _show.show),
     (Equilibrium, _frames.to_dataframe),
@@ -85,14 +89,17 @@ __all__ = [
     "ProfileLike",
     "Range",
     "RangeEnd",
+    "Reach",
     "Residual",
     "Robot",
     "RobotError",
     "SafeRange",
     "SectionLimit",
     "SectionProperties",
+    "Sensed",
     "Settings",
     "Shape",
+    "ShapeMatch",
     "Solutions",
     "StiffnessTube",
     "Table",

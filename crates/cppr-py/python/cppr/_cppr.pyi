@@ -11,6 +11,7 @@ from xarray import Dataset
 
 from ._analysis import Branch, Limits, PerTubeNumber, SafeRange
 from ._design import Settings, TubeLike
+from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import Load, VectorLike
 from ._many import PerTube, Progress, Solutions
 from ._show import View
@@ -27,6 +28,9 @@ __all__ = [
     "limits",
     "ranges",
     "trace",
+    "reach",
+    "match_shape",
+    "sense",
     "solve_many",
     "sweep",
     "time_solves",
@@ -267,6 +271,43 @@ class Equilibrium:
         a branch is left for another at branch points.
         """
 
+    def reach(
+        self, position: VectorLike | None = None, direction: VectorLike | None = None
+    ) -> Reach:
+        """Actuators that bring the tip to a position (m), a direction of its axis, or both, base frame.
+
+        Loads and drives are those of this equilibrium, actuators move within their safe ranges about it. Raises
+        `CommandError` where nothing can be searched for; out of reach is no error, see `Reach.reached`.
+        """
+
+    def match_shape(
+        self, points: ArrayLike, x: ArrayLike | None = None, *, deviation: float = 1e-3
+    ) -> ShapeMatch:
+        """Actuators for which the centreline is nearest to points (m), shape (n, 3), base frame.
+
+        `x` are the rest abscissae of the points (m), shape (n,), where they are known; otherwise the nearest place
+        counts. `deviation` is the standard deviation of each coordinate (m).
+        """
+
+    def sense(
+        self,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
+        position: VectorLike | None = None,
+        direction: VectorLike | None = None,
+        *,
+        tension_deviation: float = 0.05,
+        torque_deviation: float = 1e-3,
+        position_deviation: float = 1e-3,
+        direction_deviation: float = 0.02,
+        moment: bool = False,
+    ) -> Sensed:
+        """The force on the tip, with `moment` the whole wrench, that explains measurements while the motors stand as here.
+
+        `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion, `position` (m) and
+        `direction` the measured tip, base frame. Their standard deviations weigh them.
+        """
+
     def plot(
         self,
         ax: Axes | None = None,
@@ -368,6 +409,20 @@ def trace(
     points: int,
     depth: int,
 ) -> list[dict[str, Any]]: ...
+def reach(
+    equilibrium: Equilibrium, position: VectorLike | None, direction: VectorLike | None
+) -> dict[str, Any]: ...
+def match_shape(
+    equilibrium: Equilibrium, points: Sequence[Sequence[float]], deviation: float
+) -> dict[str, Any]: ...
+def sense(
+    equilibrium: Equilibrium,
+    efforts: tuple[PerTubeNumber, PerTubeNumber],
+    position: VectorLike | None,
+    direction: VectorLike | None,
+    deviations: tuple[float, float, float, float],
+    moment: bool,
+) -> dict[str, Any]: ...
 def sweep(
     path: str | os.PathLike[str],
     output: str | os.PathLike[str],

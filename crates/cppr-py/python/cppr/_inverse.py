@@ -1,0 +1,140 @@
+"""Inverse problems from an equilibrium on: its loads and drives stay, actuators move within their safe ranges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _cppr
+from ._analysis import PerTubeNumber
+from ._loads import VectorLike
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Actuators for a wanted tip; m inputs."""
+
+    reached: bool
+    """Did the tip get there? Otherwise this is the nearest pose found."""
+    inputs: tuple[tuple[str, int], ...]
+    """What the values are: ("pull", 2), ("rotate", 2), ..."""
+    values: Floats
+    """m, rad, N or N m; shape (m,)."""
+    at_bound: NDArray[np.bool_]
+    """Is the value at the end of its range? Shape (m,)."""
+    equilibrium: _cppr.Equilibrium
+    """The equilibrium there."""
+    distance: float | None
+    """From the wanted position (m)."""
+    angle: float | None
+    """From the wanted direction (rad)."""
+    depends_on_path: bool
+    """True where the same values applied from rest lead to another pose."""
+    condition: float
+    """Greatest over least deviation of the tip along its principal axes (-)."""
+    manipulability: float
+    """Volume of the tip's uncertainty (m³); 0 where a direction cannot be reached."""
+
+
+@dataclass(frozen=True)
+class ShapeMatch:
+    """Actuators for a measured or wanted shape; m inputs, n points."""
+
+    inputs: tuple[tuple[str, int], ...]
+    """What the values are: ("pull", 2), ("rotate", 2), ..."""
+    values: Floats
+    """m, rad, N or N m; shape (m,)."""
+    deviations: Floats
+    """Standard deviations of the values; infinite where the points do not tell; shape (m,)."""
+    covariance: Floats
+    """Of the values; shape (m, m)."""
+    misfit: float
+    """Root mean square of the weighted residuals per degree of freedom: about 1 where the deviations are right."""
+    at_bound: NDArray[np.bool_]
+    """Is the value at the end of its range? Shape (m,)."""
+    equilibrium: _cppr.Equilibrium
+    """The equilibrium there."""
+    distances: Floats
+    """Of every point from its place on the centreline (m); shape (n,)."""
+    rms: float
+    """Root mean square of the distances (m)."""
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """The tip wrench that explains measurements best; u = 3 unknowns, or 6 with the moment."""
+
+    force: Floats
+    """N, base frame; shape (3,)."""
+    moment: Floats
+    """N m, base frame; zero where only a force was looked for; shape (3,)."""
+    deviations: Floats
+    """Standard deviations of the components; infinite where the measurements do not tell; shape (u,)."""
+    covariance: Floats
+    """Of the components; shape (u, u)."""
+    misfit: float
+    """Root mean square of the weighted residuals per degree of freedom: about 1 where the deviations are right."""
+    equilibrium: _cppr.Equilibrium
+    """The equilibrium under the wrench."""
+
+
+def reach(
+    self: _cppr.Equilibrium,
+    position: VectorLike | None = None,
+    direction: VectorLike | None = None,
+) -> Reach:
+    """Actuators that bring the tip to a position (m), a direction of its axis, or both, base frame.
+
+    Raises `CommandError` where nothing can be searched for; out of reach is no error, see `Reach.reached`.
+    """
+    found = _cppr.reach(self, position, direction)
+    return Reach(**{**found, "at_bound": np.array(found["at_bound"], dtype=bool)})
+
+
+def match_shape(
+    self: _cppr.Equilibrium,
+    points: ArrayLike,
+    x: ArrayLike | None = None,
+    *,
+    deviation: float = 1e-3,
+) -> ShapeMatch:
+    """Actuators for which the centreline is nearest to points (m), shape (n, 3), base frame.
+
+    `x` are the rest abscissae of the points (m), shape (n,), where they are known; otherwise the nearest place counts.
+    `deviation` is the standard deviation of each coordinate (m).
+    """
+    places = np.asarray(points, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3:
+        raise ValueError(f"points has shape {places.shape}; it must be (n, 3)")
+    labels = np.full(len(places), np.nan) if x is None else np.asarray(x, dtype=np.float64)
+    if labels.shape != (len(places),):
+        raise ValueError(f"x has shape {labels.shape} for {len(places)} points; it must be ({len(places)},)")
+    found = _cppr.match_shape(self, np.column_stack([places, labels]).tolist(), deviation)
+    return ShapeMatch(**{**found, "at_bound": np.array(found["at_bound"], dtype=bool)})
+
+
+def sense(
+    self: _cppr.Equilibrium,
+    tension: PerTubeNumber = None,
+    torque: PerTubeNumber = None,
+    position: VectorLike | None = None,
+    direction: VectorLike | None = None,
+    *,
+    tension_deviation: float = 0.05,
+    torque_deviation: float = 1e-3,
+    position_deviation: float = 1e-3,
+    direction_deviation: float = 0.02,
+    moment: bool = False,
+) -> Sensed:
+    """The force on the tip, with `moment` the whole wrench, that explains what was measured while the motors stand as here.
+
+    `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion: a number for tube 2, a dict for others;
+    `position` (m) and `direction` the measured tip, base frame. Their standard deviations weigh them.
+    """
+    deviations = (tension_deviation, torque_deviation, position_deviation, direction_deviation)
+    found = _cppr.sense(self, (tension, torque), position, direction, deviations, moment)
+    return Sensed(**found)

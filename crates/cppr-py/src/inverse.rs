@@ -1,0 +1,164 @@
+//! Inverse problems from an equilibrium on: actuators for a wanted tip or shape, the wrench behind measurements.
+//!
+//! Loads and drives are those of the equilibrium's command; actuators are chosen within their safe ranges about it.
+
+use crate::analysis::input;
+use crate::arrays::{dynamic, line, number, vector};
+use crate::command::{Means, tube_number};
+use crate::equilibrium::Equilibrium;
+use crate::errors;
+use cppr::analysis::inverse::{
+    Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within, reach as reach_for,
+    sense as sense_from, shape_match,
+};
+use cppr::analysis::{Freedom, Teeth, safe_ranges};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::fmt::Display;
+use std::sync::Arc;
+
+/// The inputs that may be chosen.
+fn free(py: Python<'_>, equilibrium: &Equilibrium) -> PyResult<Vec<FreeInput>> {
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let ranges = py.detach(|| {
+        shared.with(|robot, w| safe_ranges(robot, w, &found.command, &found.settings, Teeth::Rigid))
+    });
+    let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
+    Ok(free_within(&shared.robot, &ranges))
+}
+
+/// What all answers about actuators hold.
+fn chosen<'py>(
+    py: Python<'py>,
+    of: &Equilibrium,
+    free: &[FreeInput],
+    values: &[f64],
+    at_bound: &[bool],
+    found: cppr::solve::Equilibrium,
+) -> PyResult<Bound<'py, PyDict>> {
+    let own = PyDict::new(py);
+    own.set_item("inputs", PyTuple::new(py, free.iter().map(|f| input(&f.input)))?)?;
+    own.set_item("values", line(py, values.iter().copied()))?;
+    own.set_item("at_bound", at_bound.to_vec())?;
+    own.set_item("equilibrium", Equilibrium::new(Arc::clone(&of.shared), found))?;
+    Ok(own)
+}
+
+fn known(py: Python<'_>, own: &Bound<'_, PyDict>, uncertainty: &Uncertainty) -> PyResult<()> {
+    own.set_item("covariance", dynamic(py, &uncertainty.covariance)?)?;
+    own.set_item("deviations", line(py, uncertainty.deviations.iter().copied()))?;
+    own.set_item("misfit", uncertainty.misfit)
+}
+
+fn refused(py: Python<'_>) -> impl Fn(&dyn Display) -> PyErr + '_ {
+    move |problem| errors::command(py, problem)
+}
+
+/// Fields of `Reach`.
+#[pyfunction]
+pub fn reach<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    position: Option<Bound<'py, PyAny>>,
+    direction: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let read = |what: &str, value: Option<Bound<'py, PyAny>>| value.map(|v| vector(what, &v)).transpose();
+    let target = Target { position: read("position", position)?, direction: read("direction", direction)? };
+    let free = free(py, &equilibrium)?;
+    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
+    let answer = py.detach(|| {
+        shared.with(|robot, w| {
+            reach_for(robot, w, &from.command, &from.settings, &free, &target, &Accuracy::default())
+        })
+    });
+    let answer = answer.map_err(|problem| refused(py)(&problem))?;
+    let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
+    own.set_item("reached", answer.reached)?;
+    own.set_item("distance", answer.distance)?;
+    own.set_item("angle", answer.angle)?;
+    own.set_item("depends_on_path", answer.depends_on_path)?;
+    let conditioning = answer.conditioning.as_ref();
+    own.set_item("condition", conditioning.map_or(f64::NAN, |c| c.condition))?;
+    own.set_item("manipulability", conditioning.map_or(f64::NAN, |c| c.manipulability))?;
+    Ok(own)
+}
+
+/// Fields of `ShapeMatch`; `points` holds x, y, z, label (NaN where unknown) of each.
+#[pyfunction]
+pub fn match_shape<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    points: Vec<[f64; 4]>,
+    deviation: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let points: Vec<ShapePoint> = points
+        .iter()
+        .map(|&[x, y, z, label]| ShapePoint {
+            label: (!label.is_nan()).then_some(label),
+            position: [x, y, z].into(),
+            deviation,
+        })
+        .collect();
+    let free = free(py, &equilibrium)?;
+    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
+    let answer = py.detach(|| {
+        shared.with(|robot, w| shape_match(robot, w, &from.command, &from.settings, &free, &points))
+    });
+    let answer = answer.map_err(|problem| refused(py)(&problem))?;
+    let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
+    known(py, &own, &answer.uncertainty)?;
+    own.set_item("distances", line(py, answer.distances))?;
+    own.set_item("rms", answer.rms)?;
+    Ok(own)
+}
+
+/// Fields of `Sensed`. `efforts` holds tension and torque by tube, `deviations` those of tension, torque, position, direction.
+#[pyfunction]
+pub fn sense<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    efforts: [Option<Bound<'py, PyAny>>; 2],
+    position: Option<Bound<'py, PyAny>>,
+    direction: Option<Bound<'py, PyAny>>,
+    deviations: [f64; 4],
+    moment: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut measured = Vec::new();
+    for (i, (effort, means)) in efforts.iter().zip([Means::Tension, Means::Torque]).enumerate() {
+        let Some(effort) = effort else { continue };
+        let freedom = if i == 0 { Freedom::PushPull } else { Freedom::Rotation };
+        let mut add = |tube: i64, value: f64| -> PyResult<()> {
+            let followers = equilibrium.shared.robot.follower_count();
+            let Some(tube) = usize::try_from(tube).ok().filter(|t| (2..followers + 2).contains(t)) else {
+                return Err(errors::command(py, format!("{}: there is no follower {tube}", means.name())));
+            };
+            measured.push(Measured::Effort(tube, freedom, value, deviations[i]));
+            Ok(())
+        };
+        match effort.cast::<PyDict>() {
+            Ok(tubes) => {
+                for (tube, value) in tubes {
+                    add(tube_number(means, &tube)?, number(means.name(), &value)?)?;
+                }
+            }
+            Err(_) => add(2, number(means.name(), effort)?)?,
+        }
+    }
+    if let Some(position) = position {
+        measured.push(Measured::Position(vector("position", &position)?, deviations[2]));
+    }
+    if let Some(direction) = direction {
+        measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
+    }
+    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
+    let answer = py.detach(|| {
+        shared.with(|robot, w| sense_from(robot, w, &from.command, &from.settings, &measured, moment))
+    });
+    let answer = answer.map_err(|problem| refused(py)(&problem))?;
+    let own = PyDict::new(py);
+    own.set_item("force", line(py, answer.force.iter().copied()))?;
+    own.set_item("moment", line(py, answer.moment.iter().copied()))?;
+    known(py, &own, &answer.uncertainty)?;
+    own.set_item("equilibrium", Equilibrium::new(Arc::clone(shared), answer.equilibrium))?;
+    Ok(own)
+}

@@ -1,0 +1,49 @@
+"""Inverse problems against the forward one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cppr
+
+
+def test_reach_comes_back(three: cppr.Robot) -> None:
+    wanted = three.solve(pull={2: 3e-4, 3: -2e-4})
+    answer = three.solve().reach(position=wanted.tip_position)
+    assert answer.reached and answer.distance is not None and answer.distance < 1e-6
+    assert answer.inputs == (("pull", 2), ("rotate", 2), ("pull", 3), ("rotate", 3))
+    assert np.allclose(answer.equilibrium.tip_position, wanted.tip_position, atol=1e-6)
+    assert answer.equilibrium.pull.tolist() == pytest.approx(answer.values[::2].tolist(), abs=1e-9)
+    assert answer.angle is None and answer.condition > 1 and answer.manipulability > 0
+    far = three.solve().reach(position=(0.1, 0, 0))
+    assert not far.reached and far.distance is not None and far.distance > 0.05
+    with pytest.raises(cppr.CommandError):
+        three.solve().reach()
+
+
+def test_a_shape_gives_its_actuators_back(r3: cppr.Robot) -> None:
+    made = r3.solve(pull=3e-3)
+    x = np.linspace(0.03, 0.15, 9)
+    answer = r3.solve().match_shape(made.sample(x).centre, x)
+    assert answer.values[answer.inputs.index(("pull", 2))] == pytest.approx(3e-3, abs=1e-6)
+    assert answer.rms < 1e-6 and answer.distances.shape == (9,) and answer.covariance.shape == (2, 2)
+    loose = r3.solve().match_shape(made.sample(x).centre)
+    assert loose.rms < 1e-5
+    with pytest.raises(ValueError, match=r"must be \(n, 3\)"):
+        r3.solve().match_shape([1, 2, 3])
+    with pytest.raises(ValueError, match="for 9 points"):
+        r3.solve().match_shape(made.sample(x).centre, [0.1])
+
+
+def test_a_force_is_sensed_from_tension_and_tip(r3: cppr.Robot) -> None:
+    made = r3.solve(pull=4e-3, tip_force=(0, 0.08, 0.03))
+    standing = r3.solve(pull=4e-3)
+    answer = standing.sense(tension=made.tension[0], torque={2: made.torque[0]}, position=made.tip_position)
+    assert np.abs(answer.force[1:] - [0.08, 0.03]).max() < 1e-3
+    assert answer.deviations.shape == (3,) and not answer.moment.any()
+    assert answer.equilibrium.tension[0] == pytest.approx(made.tension[0], abs=1e-3)
+    with pytest.raises(cppr.CommandError, match="no follower 3"):
+        standing.sense(tension={3: 1.0})
+    with pytest.raises(cppr.CommandError):
+        standing.sense()
