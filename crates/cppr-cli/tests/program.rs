@@ -56,6 +56,7 @@ fn every_example_of_the_help_works() {
         "match",
         "sense",
         "sweep",
+        "view",
         "derivatives",
         "section",
         "check",
