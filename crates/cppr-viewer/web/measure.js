@@ -35,7 +35,7 @@ for (const robot of robots) {
     for (let i = 0; i < 50; i++) await update(i);
     latency.length = solves.length = pictures = 0;
     const begin = performance.now();
-    for (let i = 0; i < 400; i++) await update(i);
+    for (let i = 0; i < 300; i++) await update(i);
     const seconds = (performance.now() - begin) / 1000;
     const at = (list, part) => list.toSorted((a, b) => a - b)[Math.floor(part * (list.length - 1))];
     return { rate: latency.length / seconds, median: at(latency, 0.5), slow: at(latency, 0.99), solve: at(solves, 0.5), pictures: pictures / seconds };
