@@ -8,24 +8,24 @@ mod cases;
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use cases::{BatchRunner, Runner};
+use cases::{BatchRunner, Case, NAMES, Runner};
+use cppr::solve::batch::WIDTH;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let Some(name) = arguments.first() else {
-        for case in cases::all() {
-            let name = case.name;
-            let mut runner = Runner::new(case);
+        for name in NAMES {
+            let mut runner = Runner::new(Case::named(name).unwrap());
             runner.once();
             println!("{name}: {:?}", runner.equilibrium.statistics);
         }
         return;
     };
     let count: usize = arguments.get(1).map_or(Ok(1000), |c| c.parse()).unwrap();
-    let case = cases::all().into_iter().find(|case| case.name == name).unwrap();
+    let case = Case::named(name).unwrap();
     if arguments.get(2).is_some_and(|word| word == "batch") {
-        let mut runner = BatchRunner::new(case, 64);
-        (0..count.div_ceil(64)).for_each(|_| {
+        let mut runner = BatchRunner::new(case, WIDTH);
+        (0..count.div_ceil(WIDTH)).for_each(|_| {
             runner.once();
         });
     } else {

@@ -2,7 +2,7 @@
 //! equilibrium, at most a few tens.
 
 use crate::real::{Real, every};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// LU factors. The buffers are reused.
 #[derive(Clone, Debug, Default)]
@@ -154,7 +154,7 @@ impl Lu {
 #[inline]
 pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
     for (y, x) in y.iter_mut().zip(x) {
-        *y += a * *x;
+        *y = y.plus(a, *x);
     }
 }
 
@@ -162,20 +162,20 @@ pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
 #[inline]
 pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
-        *y += a * *x;
+        *y = y.plus(a, S::splat(*x));
     }
 }
 
 /// x · y.
 #[inline]
 pub(crate) fn dot<S: Real>(x: &[S], y: &[S]) -> S {
-    x.iter().zip(y).fold(S::zero(), |sum, (x, y)| sum + *x * *y)
+    x.iter().zip(y).fold(S::zero(), |sum, (x, y)| sum.plus(*x, *y))
 }
 
 /// Σ w y with a table of weights.
 #[inline]
 pub(crate) fn dot_table<S: Real>(weights: &[f64], y: &[S]) -> S {
-    weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum + *y * *w)
+    weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum.plus(*y, S::splat(*w)))
 }
 
 /// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y.
@@ -185,8 +185,32 @@ pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
     let (first, rest) = x.split_at(n);
     let (second, third) = rest.split_at(n);
     for ((y, a), (b, c)) in y.iter_mut().zip(first).zip(second.iter().zip(third)) {
-        *y += v.x * *a + v.y * *b + v.z * *c;
+        *y = y.plus(v.x, *a).plus(v.y, *b).plus(v.z, *c);
     }
+}
+
+/// M v, inlined: lanes stay in registers.
+#[inline]
+pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {
+    Vector3::new(
+        (m.m11 * v.x).plus(m.m12, v.y).plus(m.m13, v.z),
+        (m.m21 * v.x).plus(m.m22, v.y).plus(m.m23, v.z),
+        (m.m31 * v.x).plus(m.m32, v.y).plus(m.m33, v.z),
+    )
+}
+
+/// A B, inlined.
+#[inline]
+pub(crate) fn product<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {
+    let column = |x: S, y: S, z: S| times(a, &Vector3::new(x, y, z));
+    let (x, y, z) = (column(b.m11, b.m21, b.m31), column(b.m12, b.m22, b.m32), column(b.m13, b.m23, b.m33));
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
+}
+
+/// u × v, inlined.
+#[inline]
+pub(crate) fn cross<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
+    Vector3::new((u.y * v.z).plus(-u.z, v.y), (u.z * v.x).plus(-u.x, v.z), (u.x * v.y).plus(-u.y, v.x))
 }
 
 /// Column `i` of three rows of length n.

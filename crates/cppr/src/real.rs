@@ -57,11 +57,23 @@ pub(crate) trait Real:
         (0..Self::LANES).all(|l| self.lane(l) == 0.0)
     }
 
+    /// self + a b, rounded once where the processor that is compiled for can.
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        Self::from_lanes(|l| fused(a.lane(l), b.lane(l), self.lane(l)))
+    }
+
     /// Sine and cosine.
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         (self.map(f64::sin), self.map(f64::cos))
     }
+}
+
+#[inline(always)]
+fn fused(a: f64, b: f64, c: f64) -> f64 {
+    // Elsewhere it would be a call into a library.
+    if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// The widest `Pack` in use.
@@ -122,7 +134,7 @@ impl Real for f64 {
 
 /// N numbers side by side; loops over them become vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(32))]
+#[repr(align(64))]
 pub(crate) struct Pack<const N: usize>([f64; N]);
 
 impl<const N: usize> Real for Pack<N> {

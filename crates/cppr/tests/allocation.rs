@@ -6,8 +6,9 @@ mod common;
 use allocation_counter::measure;
 use common::prototype;
 use cppr::Vector3;
+use cppr::analysis::{Sensitivity, sensitivity_into};
 use cppr::design::BelowPlate;
-use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve_into};
+use cppr::solve::{Batch, Command, Equilibrium, Settings, Status, Workspace, solve_batch, solve_into};
 use cppr::statics::{DistributedForce, Loads};
 
 /// Pulled, pushed with the uncut part inside, loaded in every way.
@@ -32,6 +33,10 @@ fn a_loop_of_solves_allocates_nothing_after_its_first_turn() {
         };
         turn();
         assert_eq!(measure(&mut turn).count_total, 0, "pulled, {settings:?}");
+        let mut sensitivity = Sensitivity::default();
+        assert!(sensitivity_into(&robot, &mut workspace, &equilibrium, &mut sensitivity));
+        let mut derive = || sensitivity_into(&robot, &mut workspace, &equilibrium, &mut sensitivity);
+        assert_eq!(measure(|| assert!(derive())).count_total, 0, "derivatives, {settings:?}");
         let mut turn = || {
             for command in &commands[2..] {
                 solve_into(&robot, &mut workspace, command, &settings, &mut equilibrium).unwrap();
@@ -40,5 +45,13 @@ fn a_loop_of_solves_allocates_nothing_after_its_first_turn() {
         };
         turn();
         assert_eq!(measure(&mut turn).count_total, 0, "pushed, {settings:?}");
+        let (mut batch, mut tips) = (Batch::new(), Vec::new());
+        let mut equilibria = vec![Equilibrium::rest(&robot, &settings); 2];
+        let mut turn = |commands: &[Command]| {
+            solve_batch(&robot, &mut batch, commands, &settings, &mut equilibria, &mut tips).unwrap();
+            assert!(equilibria.iter().all(|e| e.status == Status::Converged));
+        };
+        turn(&commands[..2]);
+        assert_eq!(measure(|| turn(&commands[..2])).count_total, 0, "side by side, {settings:?}");
     }
 }

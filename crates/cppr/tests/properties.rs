@@ -8,7 +8,7 @@ use cppr::analysis::shape::{Shape, tip_pose};
 use cppr::analysis::stability::stability;
 use cppr::design::{BelowPlate, Profile, Robot, StiffnessTube, TubeDesign};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, solve, solve_from};
+use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, generalised_forces, solve, solve_from};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -463,4 +463,27 @@ fn commands_that_make_no_sense_are_refused_with_a_reason() {
     refused(&Command::pull(&[0.0]).with_loads(loads), &settings, "200.000 mm");
     let loads = Loads::tip_force(Vector3::new(f64::INFINITY, 0.0, 0.0));
     refused(&Command::pull(&[0.0]).with_loads(loads), &settings, "not a finite number");
+}
+
+/// What a solver of one's own would bring to zero is zero where ours has arrived, and is not elsewhere.
+#[test]
+fn generalised_forces_vanish_at_equilibrium() {
+    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let robot = random_robot(3, 3, 1.0, 0.0);
+    let command = random_command(3, 2, 1.0, random_loads(3, &Matrix3::identity()));
+    let found = converged(&robot, &mut workspace, &command, &settings);
+    let actuators = found
+        .actuators
+        .iter()
+        .map(|a| Actuator { push_pull: Drive::Effort(a.tension), rotation: Drive::Effort(a.torque) });
+    let driven = Command { actuators: actuators.collect(), ..command };
+    let mut at = |coordinates: &[f64]| {
+        generalised_forces(&robot, &mut workspace, &driven, &settings, coordinates).unwrap()
+    };
+    let largest = |forces: &[f64]| forces.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let (here, rest) = (at(found.coordinates()), at(&[]));
+    assert!(largest(&here.forces) < 1e-9 * largest(&rest.forces));
+    for (own, actuator) in here.motions.iter().zip(&found.actuators) {
+        assert!((own[0] - actuator.motion).abs() < 1e-12 && (own[1] - actuator.rotation).abs() < 1e-10);
+    }
 }

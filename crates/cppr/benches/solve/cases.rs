@@ -1,4 +1,4 @@
-//! The cases that are timed and counted: robots are uniform (R1), tapered (R3) or a bundle of three.
+//! The cases that are timed and whose instructions are counted: robots are uniform (R1), tapered (R3) or a bundle of three.
 //!
 //! A warm case moves one equilibrium to and fro between neighbours 0.02 mm apart, as a controller would; a cold one
 //! starts at rest. "jacobian" adds tip Jacobian and compliance.
@@ -18,7 +18,6 @@ pub const PAPER: Resolution =
 
 /// One thing to time.
 pub struct Case {
-    pub name: &'static str,
     pub robot: Robot,
     pub commands: [Command; 2],
     pub settings: Settings,
@@ -26,34 +25,48 @@ pub struct Case {
     pub jacobian: bool,
 }
 
-/// All of them.
-pub fn all() -> Vec<Case> {
-    let two = || prototype("R1", 1.27, BelowPlate::Continued);
-    let paper = Settings::default().with_resolution(PAPER);
-    let pulled = |a: f64| Command::pull(&[a]);
-    let loaded = |a: f64| pulled(a).with_loads(Loads::tip_force(Vector3::new(0.0, 0.05, 0.05)));
-    let three = |a: f64| Command::pull(&[a, -3e-4]);
-    let case = |name, robot, command: &dyn Fn(f64) -> Command, at: f64, settings| Case {
-        name,
-        robot,
-        commands: [command(at), command(at + 2e-5)],
-        settings,
-        warm: true,
-        jacobian: false,
-    };
-    let cold = |case: Case| Case { warm: false, ..case };
-    let tapered = prototype("R3", 1.26, BelowPlate::Plain);
-    vec![
-        case("planar_two_tubes_warm", two(), &pulled, 5e-3, Settings::planar()),
-        cold(case("planar_two_tubes_cold", two(), &pulled, 5e-3, Settings::planar())),
-        case("planar_tapered_pushed_warm", tapered, &pulled, -5e-3, Settings::planar()),
-        Case { jacobian: true, ..case("space_two_tubes_jacobian_warm", two(), &loaded, 5e-3, paper) },
-        case("space_two_tubes_warm", two(), &loaded, 5e-3, paper),
-        cold(case("space_two_tubes_cold", two(), &loaded, 5e-3, paper)),
-        cold(case("space_two_tubes_default_cold", two(), &loaded, 5e-3, Settings::default())),
-        case("three_tubes_warm", three_tubes(), &three, 5e-4, paper),
-        cold(case("three_tubes_cold", three_tubes(), &three, 5e-4, paper)),
-    ]
+/// Their names.
+pub const NAMES: [&str; 9] = [
+    "planar_two_tubes_warm",
+    "planar_two_tubes_cold",
+    "planar_tapered_pushed_warm",
+    "space_two_tubes_warm",
+    "space_two_tubes_cold",
+    "space_two_tubes_jacobian_warm",
+    "space_two_tubes_default_cold",
+    "three_tubes_warm",
+    "three_tubes_cold",
+];
+
+impl Case {
+    /// The case of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        let name = NAMES.into_iter().find(|known| *known == name)?;
+        let pulled = |a: f64| Command::pull(&[a]);
+        let loaded = |a: f64| pulled(a).with_loads(Loads::tip_force(Vector3::new(0.0, 0.05, 0.05)));
+        let three = |a: f64| Command::pull(&[a, -3e-4]);
+        let paper = Settings::default().with_resolution(PAPER);
+        let two = |below| prototype("R1", 1.27, below);
+        let (robot, command, at, settings): (_, &dyn Fn(f64) -> Command, _, _) = if name.starts_with("three")
+        {
+            (three_tubes(), &three, 5e-4, paper)
+        } else if name.starts_with("planar_tapered") {
+            (prototype("R3", 1.26, BelowPlate::Plain), &pulled, -5e-3, Settings::planar())
+        } else if name.starts_with("planar") {
+            (two(BelowPlate::Continued), &pulled, 5e-3, Settings::planar())
+        } else if name.contains("default") {
+            (two(BelowPlate::Continued), &loaded, 5e-3, Settings::default())
+        } else {
+            (two(BelowPlate::Continued), &loaded, 5e-3, paper)
+        };
+        Some(Self {
+            robot,
+            commands: [command(at), command(at + 2e-5)],
+            settings,
+            warm: name.ends_with("warm"),
+            jacobian: name.contains("jacobian"),
+        })
+    }
 }
 
 fn three_tubes() -> Robot {
@@ -89,6 +102,7 @@ impl Runner {
     }
 
     /// One solve; returns the tension.
+    #[inline(never)]
     pub fn once(&mut self) -> f64 {
         let Self { case, workspace, rest, equilibrium, sensitivity, turn } = self;
         *turn += 1;
@@ -139,6 +153,7 @@ impl BatchRunner {
     }
 
     /// All of them once; returns the last tension.
+    #[inline(never)]
     pub fn once(&mut self) -> f64 {
         self.turn += 1;
         if !self.case.warm {

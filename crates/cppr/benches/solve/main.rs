@@ -5,20 +5,23 @@
 mod cases;
 #[path = "../../tests/common/mod.rs"]
 mod common;
+mod straightforward;
 
-use cases::{BatchRunner, Runner};
+use cases::{BatchRunner, Case, NAMES, Runner};
+use cppr::solve::batch::WIDTH;
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use straightforward::Straightforward;
 
 fn main() {
     divan::main();
 }
 
-fn case(name: &str) -> cases::Case {
-    cases::all().into_iter().find(|case| case.name == name).unwrap()
+fn case(name: &str) -> Case {
+    Case::named(name).unwrap()
 }
 
-#[divan::bench(args = cases::all().iter().map(|case| case.name).collect::<Vec<_>>(), sample_count = 200)]
+#[divan::bench(args = NAMES, sample_count = 200)]
 fn one(bencher: Bencher, name: &str) {
     let mut runner = Runner::new(case(name));
     bencher.bench_local(|| runner.once());
@@ -27,6 +30,17 @@ fn one(bencher: Bencher, name: &str) {
 /// Many solves in one call, side by side where lanes allow; the throughput is that of poses.
 #[divan::bench(args = ["planar_two_tubes_warm", "space_two_tubes_warm", "space_two_tubes_cold", "three_tubes_warm"])]
 fn batch(bencher: Bencher, name: &str) {
-    let mut runner = BatchRunner::new(case(name), 256);
-    bencher.counter(ItemsCount::new(256_usize)).bench_local(|| runner.once());
+    let mut runner = BatchRunner::new(case(name), WIDTH);
+    bencher.counter(ItemsCount::new(WIDTH)).bench_local(|| runner.once());
+}
+
+/// What the equations of the robot alone allow without exact derivatives: Newton's method on a finite-difference Jacobian, and a
+/// loop around it that adjusts the tension until the follower stands where it should.
+#[divan::bench(args = ["planar_two_tubes_cold", "space_two_tubes_cold"], sample_count = 20)]
+fn straightforward(bencher: Bencher, name: &str) {
+    let case = case(name);
+    let wanted = case.commands[0].actuators[0].push_pull.value();
+    let mut found = Straightforward::new(&case);
+    bencher.bench_local(|| found.solve(wanted));
+    assert!((found.motion - wanted).abs() < 1e-9);
 }

@@ -8,7 +8,7 @@
 //!
 //! with the generators α of `rule`, which hold the curvature's value, slope and curvature at the step's middle.
 
-use crate::dense::{column, set_column};
+use crate::dense::{column, cross, set_column};
 use crate::real::Real;
 use nalgebra::{SMatrix, Vector3};
 
@@ -43,13 +43,14 @@ impl<S: Real> Magnus<S> {
     /// Turns changes of α (α_1, α_2, α_3) into those of (W, P, Q, Ω).
     #[inline]
     fn change(&self, [d1, d2, d3]: [Vector3<S>; 3]) -> [Vector3<S>; 4] {
-        let [a1, a2, _] = self.alpha;
-        let c = d1.cross(&a2) + a1.cross(&d2);
+        let [a1, a2, _] = &self.alpha;
+        let c = cross(&d1, a2) + cross(a1, &d2);
         let w = d3 * S::splat(2.0) - c;
         let p = d1 * S::splat(20.0) + d3 + c;
-        let q = d2 + (d1.cross(&self.w) + a1.cross(&w)) * S::splat(1.0 / 60.0);
-        let omega =
-            d1 + d3 * S::splat(1.0 / 12.0) + (p.cross(&self.q) + self.p.cross(&q)) * S::splat(1.0 / 240.0);
+        let q = d2 + (cross(&d1, &self.w) + cross(a1, &w)) * S::splat(1.0 / 60.0);
+        let omega = d1
+            + d3 * S::splat(1.0 / 12.0)
+            + (cross(&p, &self.q) + cross(&self.p, &q)) * S::splat(1.0 / 240.0);
         [w, p, q, omega]
     }
 
@@ -57,7 +58,7 @@ impl<S: Real> Magnus<S> {
     pub fn changes(&self, alpha: &[S], parts: &mut [S], n: usize) {
         parts[..6 * n].copy_from_slice(&alpha[..6 * n]);
         for i in 0..n {
-            let own = [0, 1, 2].map(|m| column(&alpha[3 * m * n..], n, i));
+            let own = [column(alpha, n, i), column(&alpha[3 * n..], n, i), column(&alpha[6 * n..], n, i)];
             for (k, part) in self.change(own).iter().enumerate() {
                 set_column(&mut parts[3 * (k + 2) * n..], n, i, part);
             }

@@ -9,7 +9,7 @@ use super::layout::Layout;
 use super::magnus::{Magnus, PARTS};
 use super::so3;
 use super::state::State;
-use crate::dense::{add_rows, axpy, column, set_column};
+use crate::dense::{add_rows, axpy, column, product, set_column, times};
 use crate::design::Robot;
 use crate::design::fields::Part;
 use crate::real::Real;
@@ -125,7 +125,7 @@ impl<S: Real> Poses<S> {
                 let magnus = Magnus::new(alpha.map(|a| a * length));
                 let (exp, jacobian) = so3::exp_and_jacobian(&magnus.omega);
                 self.steps.push(Step { before: rotation, magnus, jacobian });
-                rotation *= exp;
+                rotation = product(&rotation, &exp);
                 self.rotation[point(layout, e, s)] = rotation;
             }
             for j in 0..n {
@@ -210,7 +210,7 @@ impl<S: Real> Poses<S> {
         let parts = &mut self.parts[place * 3 * PARTS..(place + count) * 3 * PARTS];
         step.magnus.changes(&self.generators[place * 9..(place + count) * 9], parts, count);
         let omega = &parts[3 * (PARTS - 1) * count..];
-        let turn = step.before * step.jacobian;
+        let turn = product(&step.before, &step.jacobian);
         if at == 0 {
             self.spin[..3 * posed].fill(S::zero());
         } else {
@@ -218,7 +218,7 @@ impl<S: Real> Poses<S> {
         }
         let spin = &mut self.spin[at * 3 * posed..(at + 1) * 3 * posed];
         for i in 0..count {
-            let own = turn * column(omega, count, i);
+            let own = times(&turn, &column(omega, count, i));
             let unknown = turning_unknown(layout, e, i);
             let sum = column(spin, posed, unknown) + own;
             set_column(spin, posed, unknown, &sum);

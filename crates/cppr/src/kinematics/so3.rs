@@ -3,6 +3,7 @@
 //! With ϑ = |Ω|: exp(Ω^) = 1 + a Ω^ + b Ω^², J(Ω) = 1 + b Ω^ + c Ω^², where a = sin ϑ/ϑ,
 //! b = (1 − cos ϑ)/ϑ², c = (ϑ − sin ϑ)/ϑ³, and exp((Ω + δΩ)^) = exp((J δΩ)^) exp(Ω^) to first order.
 
+use crate::dense::product;
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
 use std::array::from_fn;
@@ -77,7 +78,7 @@ fn coefficients<S: Real>(angle_squared: S) -> Coefficients<S> {
 pub(crate) fn exp_and_jacobian<S: Real>(w: &Vector3<S>) -> (Matrix3<S>, Matrix3<S>) {
     let [a, b, c, ..] = coefficients(w.dot(w));
     let h = hat(w);
-    let h2 = h * h;
+    let h2 = product(&h, &h);
     (Matrix3::identity() + h * a + h2 * b, Matrix3::identity() + h * b + h2 * c)
 }
 

@@ -19,7 +19,7 @@ use std::array::from_fn;
 use std::sync::Arc;
 
 /// How many commands are solved side by side.
-pub const WIDTH: usize = 4;
+pub const WIDTH: usize = 8;
 
 type Lanes = Pack<WIDTH>;
 

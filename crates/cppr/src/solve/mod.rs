@@ -4,10 +4,12 @@ pub mod batch;
 pub mod command;
 pub(crate) mod newton;
 pub(crate) mod path;
+#[cfg(test)]
+mod work;
 
 pub use batch::{Batch, solve_batch};
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
-pub use newton::Workspace;
+pub use newton::{GeneralisedForces, Workspace, generalised_forces};
 pub use path::{solve, solve_from, solve_into};
 
 use crate::design::Robot;
@@ -207,6 +209,12 @@ impl Equilibrium {
             let _ = workspace.evaluate(&self.system(robot), &self.point);
         }
         workspace.pose(robot, &self.layout);
+    }
+
+    /// The Ritz coordinates, as [`generalised_forces`] takes them where no tube brings an uncut part into the robot.
+    #[must_use]
+    pub fn coordinates(&self) -> &[f64] {
+        &self.point.coordinates
     }
 
     /// Becomes another equilibrium without giving memory back: a start for [`solve_into`].

@@ -8,10 +8,10 @@
 //! sides of the equations. That changes no solution, and where the equilibrium is stable it makes the tangent positive on
 //! all coordinates: eliminating in their order is then safe, and the signs of the pivots prove the stability.
 
-use super::command::{Actuator, Drive, Formulation, Settings};
+use super::command::{Actuator, Command, Drive, Formulation, Settings};
 use crate::dense::{Lu, axpy, dot};
 use crate::design::Robot;
-use crate::kinematics::layout::{Layout, Layouts};
+use crate::kinematics::layout::{Cut, Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
 use crate::real::{Each, Real};
@@ -496,6 +496,57 @@ impl Workspace {
         self.trial.copy(point);
         add_step(system, &mut self.trial, &self.units, &self.step, factor);
     }
+}
+
+/// The conditions of equilibrium at given coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeneralisedForces {
+    /// Slopes of the Lagrangian by the coordinates: elastic, load and actuation forces in balance where they vanish. J per unit
+    /// of the coordinate.
+    pub forces: Vec<f64>,
+    /// Per follower Δa_k (m) and Ω_k (rad).
+    pub motions: Vec<[f64; 2]>,
+}
+
+/// What the solver brings to zero, for solvers of one's own: generalised forces of the consistent formulation at the given
+/// coordinates (for each field its Legendre modes over the robot; 1/m for curvatures), under the efforts of a command;
+/// motions that it prescribes count as efforts of zero. No coordinates stand for the robot at rest.
+///
+/// `None` where the coordinates are not as many as the resolution has, or describe no bundle.
+#[must_use]
+pub fn generalised_forces(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    coordinates: &[f64],
+) -> Option<GeneralisedForces> {
+    let cuts = command.loads.cuts().map(Cut::fixed);
+    let layout = workspace.layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts);
+    let mut point = Point::rest(&layout);
+    if !coordinates.is_empty() {
+        if coordinates.len() != layout.unknowns() {
+            return None;
+        }
+        point.coordinates.copy_from_slice(coordinates);
+    }
+    for (f, actuator) in command.actuators.iter().enumerate().take(robot.follower_count()) {
+        let effort = |drive: Drive| if drive.is_motion() { 0.0 } else { drive.value() };
+        point.efforts.tension[f] = effort(actuator.push_pull);
+        point.efforts.torque[f] = effort(actuator.rotation);
+    }
+    let setting = Setting { robot, layout: &layout, loads: Each::same(&command.loads), knob: command.knob };
+    workspace.begin();
+    let Workspace { state, poses, assembly, .. } = workspace;
+    if state.evaluate(robot, &layout, &point.coordinates, true) != 0 {
+        return None;
+    }
+    if !command.loads.is_empty() {
+        poses.evaluate(robot, &layout, state);
+        poses.differentiate(&layout, state, true);
+    }
+    assembly.assemble(&setting, &point.coordinates, state, poses, &point.efforts, false);
+    Some(GeneralisedForces { forces: assembly.gradient.clone(), motions: assembly.knobs.clone() })
 }
 
 /// point + factor · step, the step in scaled unknowns.

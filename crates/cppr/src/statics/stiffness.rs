@@ -7,7 +7,7 @@
 
 use super::assembly::{Assembly, Setting, add_outer};
 use super::load::Applied;
-use crate::dense::{add_rows, axpy, column};
+use crate::dense::{add_rows, axpy, column, cross, product, times};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
 use crate::kinematics::magnus::PARTS;
@@ -150,7 +150,7 @@ impl<S: Real> Assembly<S> {
                 continue;
             }
             for i in 0..posed {
-                let factor = -(form.transpose() * column(&left[rows.clone()], posed, i));
+                let factor = -times(&form.transpose(), &column(&left[rows.clone()], posed, i));
                 add_rows(&mut self.hessian[i * n_u..i * n_u + posed], &factor, &right[rows.clone()]);
             }
         }
@@ -271,7 +271,7 @@ impl<S: Real> Assembly<S> {
         add_rows(&mut self.turn_row, &t.cross(inner), spin);
         for a in 0..posed {
             let row = &mut self.hessian[a * n_u..a * n_u + posed];
-            add_rows(row, &(turning * column(spin, posed, a)), spin);
+            add_rows(row, &times(&turning, &column(spin, posed, a)), spin);
             axpy(row, -length * self.turn_row[a], &self.stretch_row);
             let stretch = self.stretch_row[a];
             if !stretch.vanishes() {
@@ -308,29 +308,29 @@ impl<S: Real> Assembly<S> {
         let (n_u, posed, count) = (state.unknowns, poses.posed, turning(layout, e));
         let at = point(layout, e, s);
         let step = &poses.steps[at];
-        let body = step.before.transpose() * moment;
+        let body = times(&step.before.transpose(), moment);
         let bend = so3::jacobian_derivative(&step.magnus.omega, &body);
-        let y = step.jacobian.transpose() * body;
+        let y = times(&step.jacobian.transpose(), &body);
         let second = step.magnus.second(&y);
-        let lever = hat(moment) * step.before * step.jacobian;
+        let lever = product(&hat(moment), &product(&step.before, &step.jacobian));
         let parts = poses.parts(layout, e, s);
         let rows = |part: usize| &parts[3 * part * count..3 * (part + 1) * count];
         let [a1, a2, w, p, q, omega] = [0, 1, 2, 3, 4, PARTS - 1].map(rows);
         for a in 0..count {
             let turned = column(omega, count, a);
             // −Ω_b·(B Ω_a)
-            add_rows(&mut self.block[a * count..(a + 1) * count], &-(bend * turned), omega);
+            add_rows(&mut self.block[a * count..(a + 1) * count], &-times(&bend, &turned), omega);
             let half = &mut self.half[a * count..(a + 1) * count];
             let first = column(a1, count, a);
-            add_rows(half, &second.p.cross(&column(p, count, a)), q);
-            add_rows(half, &second.a2.cross(&first), a2);
-            add_rows(half, &second.w.cross(&first), w);
+            add_rows(half, &cross(&second.p, &column(p, count, a)), q);
+            add_rows(half, &cross(&second.a2, &first), a2);
+            add_rows(half, &cross(&second.w, &first), w);
             if at > 0 {
                 // −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b
                 let unknown = turning_unknown(layout, e, a);
                 let before = &poses.spin[(at - 1) * 3 * posed..at * 3 * posed];
                 let row = &mut self.hessian[unknown * n_u..unknown * n_u + posed];
-                add_rows(row, &(lever * turned), before);
+                add_rows(row, &times(&lever, &turned), before);
             }
         }
         if !layout.edges.is_empty() {
