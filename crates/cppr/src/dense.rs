@@ -189,6 +189,20 @@ pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
     }
 }
 
+/// The same with three vectors and three times three rows at once.
+#[inline]
+pub(crate) fn add_three<S: Real>(y: &mut [S], v: &[Vector3<S>; 3], x: [&[S]; 3]) {
+    let n = y.len();
+    let [x0, x1, x2] = x.map(|rows| &rows[..3 * n]);
+    for (i, y) in y.iter_mut().enumerate() {
+        let mut sum = *y;
+        for (v, x) in v.iter().zip([x0, x1, x2]) {
+            sum = sum.plus(v.x, x[i]).plus(v.y, x[n + i]).plus(v.z, x[2 * n + i]);
+        }
+        *y = sum;
+    }
+}
+
 /// M v, inlined: lanes stay in registers.
 #[inline]
 pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {

@@ -25,9 +25,8 @@ pub(crate) struct Magnus<S: Real> {
     q: Vector3<S>,
 }
 
-/// How α and the parts of Ω change with unknowns, three rows each over the unknowns that move a step: α_1, α_2, W,
-/// P, Q and Ω in this order. The first nine rows are given as α_1, α_2, α_3.
-pub(crate) const PARTS: usize = 6;
+/// How the parts of Ω change with the unknowns that move a step, three rows each: W, P, Q and Ω in this order.
+pub(crate) const PARTS: usize = 4;
 
 impl<S: Real> Magnus<S> {
     pub fn new(alpha: [Vector3<S>; 3]) -> Self {
@@ -56,11 +55,10 @@ impl<S: Real> Magnus<S> {
 
     /// Changes by many unknowns: `alpha` holds nine rows of length n, `parts` takes [`PARTS`] times three.
     pub fn changes(&self, alpha: &[S], parts: &mut [S], n: usize) {
-        parts[..6 * n].copy_from_slice(&alpha[..6 * n]);
         for i in 0..n {
             let own = [column(alpha, n, i), column(&alpha[3 * n..], n, i), column(&alpha[6 * n..], n, i)];
             for (k, part) in self.change(own).iter().enumerate() {
-                set_column(&mut parts[3 * (k + 2) * n..], n, i, part);
+                set_column(&mut parts[3 * k * n..], n, i, part);
             }
         }
     }
@@ -103,7 +101,7 @@ pub(crate) struct Second<S: Real> {
 
 #[cfg(test)]
 mod tests {
-    use super::Magnus;
+    use super::{Magnus, PARTS};
     use crate::dense::column;
     use crate::kinematics::so3::exp_and_jacobian;
     use nalgebra::{Matrix3, Vector3};
@@ -121,14 +119,15 @@ mod tests {
         let slope = magnus.slope();
         let mut identity = [0.0; 81];
         (0..9).for_each(|i| identity[10 * i] = 1.0);
-        let mut parts = [0.0; 18 * 9];
+        let mut parts = [0.0; 3 * PARTS * 9];
         magnus.changes(&identity, &mut parts, 9);
         let part = |k: usize, i: usize| column(&parts[27 * k..], 9, i);
+        let alpha = |m: usize, i: usize| column(&identity[27 * m..], 9, i);
         let second = magnus.second(&y);
         let half = |a: usize, b: usize| {
-            second.p.cross(&part(3, a)).dot(&part(4, b))
-                + second.w.cross(&part(0, a)).dot(&part(2, b))
-                + second.a2.cross(&part(0, a)).dot(&part(1, b))
+            second.p.cross(&part(1, a)).dot(&part(2, b))
+                + second.w.cross(&alpha(0, a)).dot(&part(0, b))
+                + second.a2.cross(&alpha(0, a)).dot(&alpha(1, b))
         };
         for i in 0..9 {
             let moved = |sign: f64| {
@@ -139,7 +138,7 @@ mod tests {
             let (plus, minus) = (moved(1.0), moved(-1.0));
             let difference = (plus.omega - minus.omega) / (2.0 * h);
             assert!((difference - slope.column(i)).norm() < 1e-9);
-            assert!((difference - part(5, i)).norm() < 1e-9);
+            assert!((difference - part(3, i)).norm() < 1e-9);
             let difference = (plus.slope().transpose() * y - minus.slope().transpose() * y) / (2.0 * h);
             let exact: Vec<f64> = (0..9).map(|a| half(a, i) + half(i, a)).collect();
             assert!(difference.iter().zip(exact).all(|(d, e)| (d - e).abs() < 1e-9));

@@ -170,6 +170,12 @@ impl<S: Real> Poses<S> {
         self.known = layout.serial;
     }
 
+    /// α_1, α_2 and α_3 of one step by the unknowns that turn it: nine rows, each as long as `turning`.
+    pub fn generators(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
+        let start = steps_before(layout, e, s) * 9;
+        &self.generators[start..start + turning(layout, e) * 9]
+    }
+
     /// The rows of [`Magnus::changes`] of one step, each as long as `turning`.
     pub fn parts(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
         let start = steps_before(layout, e, s) * 3 * PARTS;

@@ -7,7 +7,7 @@
 
 use super::assembly::{Assembly, Setting, add_outer};
 use super::load::Applied;
-use crate::dense::{add_rows, axpy, column, cross, product, times};
+use crate::dense::{add_rows, add_three, axpy, column, cross, product, times};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
 use crate::kinematics::magnus::PARTS;
@@ -314,17 +314,18 @@ impl<S: Real> Assembly<S> {
         let second = step.magnus.second(&y);
         let lever = product(&hat(moment), &product(&step.before, &step.jacobian));
         let parts = poses.parts(layout, e, s);
+        let (a1, a2) = poses.generators(layout, e, s).split_at(3 * count);
         let rows = |part: usize| &parts[3 * part * count..3 * (part + 1) * count];
-        let [a1, a2, w, p, q, omega] = [0, 1, 2, 3, 4, PARTS - 1].map(rows);
+        let [w, p, q, omega] = [0, 1, 2, PARTS - 1].map(rows);
         for a in 0..count {
             let turned = column(omega, count, a);
             // −Ω_b·(B Ω_a)
             add_rows(&mut self.block[a * count..(a + 1) * count], &-times(&bend, &turned), omega);
             let half = &mut self.half[a * count..(a + 1) * count];
             let first = column(a1, count, a);
-            add_rows(half, &cross(&second.p, &column(p, count, a)), q);
-            add_rows(half, &cross(&second.a2, &first), a2);
-            add_rows(half, &cross(&second.w, &first), w);
+            let factors =
+                [cross(&second.p, &column(p, count, a)), cross(&second.a2, &first), cross(&second.w, &first)];
+            add_three(half, &factors, [q, a2, w]);
             if at > 0 {
                 // −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b
                 let unknown = turning_unknown(layout, e, a);
