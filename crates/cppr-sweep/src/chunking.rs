@@ -11,7 +11,7 @@ const MOST: u64 = 1024;
 /// Chunks that a task is cut into at least, so that the threads share small ones.
 const LEAST_CHUNKS: u64 = 64;
 /// Fewer rows than this are not worth a chunk.
-const LEAST: u64 = 16;
+const LEAST: u64 = 64;
 
 /// The cut of one task.
 #[derive(Clone, Debug)]

@@ -122,19 +122,21 @@ impl<'a> Inputs<'a> {
     }
 
     /// In which order the rows of a chunk are solved, counted from its first: neighbours follow each other.
-    pub fn path(&self, chunk: u64) -> Vec<u64> {
+    // A chunk has few rows.
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn path(&self, chunk: u64) -> Vec<usize> {
         let rows = self.chunking.rows_of(chunk);
         let count = rows.end - rows.start;
         match (&self.task.plan, &self.halton) {
-            (Plan::List(_), _) => (0..count).collect(),
+            (Plan::List(_), _) => (0..count as usize).collect(),
             (_, Some(halton)) => self.strips(halton, rows),
-            _ => (0..count).map(|turn| self.chunking.turn(chunk, turn)).collect(),
+            _ => (0..count).map(|turn| self.chunking.turn(chunk, turn) as usize).collect(),
         }
     }
 
     /// Samples strip by strip: all axes but the last are cut into as many pieces as leave some samples to each strip, and
     /// traversed like a grid.
-    fn strips(&self, halton: &Halton, rows: Range<u64>) -> Vec<u64> {
+    fn strips(&self, halton: &Halton, rows: Range<u64>) -> Vec<usize> {
         let axes = self.task.axes.len();
         let pieces = ((rows.end - rows.start) as f64).powf(1.0 / axes as f64).ceil();
         let mut path: Vec<(f64, f64, u64)> = rows
@@ -151,7 +153,8 @@ impl<'a> Inputs<'a> {
             })
             .collect();
         path.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        path.into_iter().map(|(_, _, row)| row).collect()
+        #[allow(clippy::cast_possible_truncation)]
+        path.into_iter().map(|(_, _, row)| row as usize).collect()
     }
 
     /// Values of all axes in a row.

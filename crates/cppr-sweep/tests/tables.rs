@@ -6,7 +6,7 @@ use cppr::analysis::shape::tip_pose;
 use cppr::analysis::{Freedom, Input, Perturbed, Teeth, parameter_sensitivity, section_limits};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Equilibrium, Settings, Workspace, solve};
+use cppr::solve::{Command, Drive, Equilibrium, Settings, Workspace, solve};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
     Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Task, TaskProblem, Values,
@@ -94,7 +94,7 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
             continue;
         }
         let mut command = Command::pull(&[pull]).with_loads(task.base.loads.clone());
-        command.actuators[0].rotation = cppr::solve::Drive::Motion(turn);
+        command.actuators[0].rotation = Drive::Motion(turn);
         command.loads.wrenches[0].force.y = force;
         let found = solve(&task.robot, &mut workspace, &command, &task.settings).unwrap();
         let (rotation, tip) = tip_pose(&task.robot, &mut workspace, &found);
@@ -119,6 +119,60 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
             assert!((value - rotation[(axis, 0)]).abs() < 1e-9, "row {i}");
         }
     }
+}
+
+/// Rows that were solved side by side, pulled and pushed, unstable, out of reach and impossible ones among them, against single
+/// solves from rest.
+#[test]
+fn every_row_is_what_it_is_alone() {
+    let samples = Task { plan: Plan::Samples { count: 300, seed: 5 }, ..grid() };
+    let sideways = range(Variable::Force { wrench: 0, component: 1 }, -1.0, 1.0, 5);
+    let along = range(Variable::Force { wrench: 0, component: 0 }, -60.0, 0.0, 25);
+    let unstable = task("childs2.toml", vec![sideways, along]);
+    let torque = Input { tube: 2, freedom: Freedom::Rotation, is_motion: false };
+    let twisted =
+        Axis { variable: Variable::Actuator(torque), values: Values::Range { from: 0.0, to: 1e3, count: 2 } };
+    let across = range(Variable::Force { wrench: 0, component: 1 }, -0.05, 0.05, 11);
+    let failing = task("r1.toml", vec![twisted, across, range(motion(2, Freedom::PushPull), 0.0, 0.3, 3)]);
+    let mut workspace = Workspace::new();
+    let mut counts = [0; Verdict::ALL.len()];
+    for task in [samples, unstable, failing] {
+        let (status, tip) = (column(&task, "status"), column(&task, "tip_x_m"));
+        let effort = column(&task, "tube2_tension_N");
+        for (i, row) in rows(&task, 2).iter().enumerate() {
+            let mut command = task.base.clone();
+            for (axis, value) in task.axes.iter().zip(row) {
+                match axis.variable {
+                    Variable::Force { component, .. } => command.loads.wrenches[0].force[component] = *value,
+                    Variable::Actuator(input) => {
+                        let own = &mut command.actuators[0];
+                        let drive = if input.freedom == Freedom::PushPull {
+                            &mut own.push_pull
+                        } else {
+                            &mut own.rotation
+                        };
+                        *drive = if input.is_motion { Drive::Motion(*value) } else { Drive::Effort(*value) };
+                    }
+                    _ => unreachable!(),
+                }
+            }
+            let alone = solve(&task.robot, &mut workspace, &command, &task.settings);
+            let wanted = alone.as_ref().map_or(Verdict::InvalidCommand, |found| found.status.into());
+            assert_eq!(Verdict::from_code(row[status]), Some(wanted), "row {i}: {row:?}");
+            counts[usize::from(wanted.code())] += 1;
+            let Some(found) = alone.ok().filter(|found| found.status.is_equilibrium()) else {
+                assert!(row[tip..].iter().all(|v| v.is_nan()), "row {i}: {row:?}");
+                continue;
+            };
+            let (_, centre) = tip_pose(&task.robot, &mut workspace, &found);
+            let far = (Vector3::new(row[tip], row[tip + 1], row[tip + 2]) - centre).norm();
+            assert!(far < 1e-11, "row {i}: {far}, {row:?}");
+            let tension = found.actuators[0].tension;
+            assert!((row[effort] - tension).abs() < 1e-8, "row {i}: {tension} instead of {row:?}");
+        }
+    }
+    let [converged, unstable, path_ends, _, _, invalid] = counts;
+    assert!(converged > 300 && unstable > 50 && path_ends > 10 && invalid > 10, "{counts:?}");
 }
 
 #[test]
@@ -267,7 +321,7 @@ fn limits_are_the_greatest_of_all_notches() {
     let mut workspace = Workspace::new();
     for row in table.iter().step_by(61) {
         let mut command = Command::pull(&[row[1]]).with_loads(task.base.loads.clone());
-        command.actuators[0].rotation = cppr::solve::Drive::Motion(row[2]);
+        command.actuators[0].rotation = Drive::Motion(row[2]);
         command.loads.wrenches[0].force.y = row[0];
         let found = solve(&task.robot, &mut workspace, &command, &task.settings).unwrap();
         let sections = section_limits(&task.robot, &mut workspace, &found, Teeth::Rigid);

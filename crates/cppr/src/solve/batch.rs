@@ -13,9 +13,7 @@ use crate::analysis::shape::tip_pose;
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
 use crate::real::{Each, Pack, Real, every};
-use crate::statics::Loads;
 use nalgebra::{Matrix3, Vector3};
-use std::array::from_fn;
 use std::sync::Arc;
 
 /// How many commands are solved side by side.
@@ -26,6 +24,12 @@ type Lanes = Pack<WIDTH>;
 /// Full Newton steps of one group; a lane that needs more is solved alone.
 const MOST_STEPS: usize = 12;
 
+/// Fewer commands than this are solved faster one by one.
+pub(super) const LEAST: usize = 3;
+
+/// Pose of a tip: rotation of the leader's last section and centre (m), base frame.
+pub type Tip = (Matrix3<f64>, Vector3<f64>);
+
 /// Every buffer that solving batches needs. Reuse it.
 #[derive(Clone, Debug, Default)]
 pub struct Batch {
@@ -35,10 +39,11 @@ pub struct Batch {
     step: Vec<Lanes>,
     correction: Vec<Lanes>,
     drives: [Vec<Actuator>; WIDTH],
+    layouts: [Option<Arc<Layout>>; WIDTH],
     cuts: Vec<Cut>,
     /// Marks of the equilibria that `lanes` evaluated last.
     marks: [u64; WIDTH],
-    single: Workspace,
+    pub(super) single: Workspace,
 }
 
 impl Batch {
@@ -50,131 +55,134 @@ impl Batch {
 }
 
 /// Solves for the equilibria under many commands, each starting at the equilibrium that stands in its place: at rest, or
-/// at a neighbour. Returns the poses of the tips: rotation of the leader's last section and centre (m), base frame.
+/// at a neighbour. Gives the poses of the tips in their order, or why a command cannot be asked: its equilibrium is then left
+/// as it was. What a tip without equilibrium holds means nothing.
 ///
-/// Neighbours in the list are solved side by side: they should ask for the same kinds of drives and loads. Where one list is
-/// longer than the other, its rest is left as it is.
-///
-/// # Errors
-/// As [`super::solve`], for the first command that cannot be asked; the equilibria before it are solved.
+/// Neighbours in the list are solved side by side, as far as they ask for the same kinds of drives and loads. Where one
+/// list is longer than the other, its rest is left as it is.
 pub fn solve_batch(
     robot: &Robot,
     batch: &mut Batch,
     commands: &[Command],
     settings: &Settings,
     equilibria: &mut [Equilibrium],
-    tips: &mut Vec<(Matrix3<f64>, Vector3<f64>)>,
-) -> Result<(), CommandProblem> {
+    tips: &mut Vec<Result<Tip, CommandProblem>>,
+) {
     tips.clear();
     let count = commands.len().min(equilibria.len());
     let (commands, equilibria) = (&commands[..count], &mut equilibria[..count]);
     for (commands, equilibria) in commands.chunks(WIDTH).zip(equilibria.chunks_mut(WIDTH)) {
-        for command in commands {
-            command.check(robot, settings)?;
-        }
-        let solved = match batch.common_layout(robot, commands, settings, equilibria) {
-            Some(layout) => batch.group(robot, commands, settings, equilibria, &layout, tips),
-            None => 0,
-        };
-        let first = tips.len() - if solved == 0 { 0 } else { commands.len() };
-        for (lane, (command, equilibrium)) in commands.iter().zip(equilibria).enumerate() {
-            if solved >> lane & 1 == 1 {
-                continue;
+        let first = tips.len();
+        let unknown = (Matrix3::zeros(), Vector3::zeros());
+        tips.extend(commands.iter().map(|command| command.check(robot, settings).map(|()| unknown)));
+        let tips = &mut tips[first..];
+        let asked = tips.iter().enumerate().fold(0, |asked, (i, tip)| asked | u64::from(tip.is_ok()) << i);
+        batch.lay_out(robot, commands, settings, equilibria, asked);
+        let (mut left, mut alone) = (asked, 0);
+        while left != 0 {
+            let alike = batch.alike(commands, left);
+            left &= !alike;
+            alone |= alike;
+            if alike.count_ones() as usize >= LEAST {
+                alone &= !batch.group(robot, commands, settings, equilibria, alike, tips);
             }
-            solve_into(robot, &mut batch.single, command, settings, equilibrium)?;
-            let tip = tip_pose(robot, &mut batch.single, equilibrium);
-            match tips.get_mut(first + lane) {
-                Some(place) => *place = tip,
-                None => tips.push(tip),
+        }
+        for (i, (command, equilibrium)) in commands.iter().zip(equilibria).enumerate() {
+            if alone >> i & 1 == 1 {
+                tips[i] = solve_into(robot, &mut batch.single, command, settings, equilibrium)
+                    .map(|()| tip_pose(robot, &mut batch.single, equilibrium));
             }
         }
     }
-    Ok(())
 }
 
 impl Batch {
-    /// The layout that all commands of a group share; `None` where they differ in more than numbers.
-    fn common_layout(
+    /// Finds the layouts and drives of those commands that can be solved side by side with others.
+    fn lay_out(
         &mut self,
         robot: &Robot,
         commands: &[Command],
         settings: &Settings,
         equilibria: &[Equilibrium],
-    ) -> Option<Arc<Layout>> {
-        if settings.formulation == Formulation::Printed {
-            return None;
-        }
-        let length = robot.length();
-        let mut common: Option<Arc<Layout>> = None;
-        for (lane, (command, start)) in commands.iter().zip(equilibria).enumerate() {
-            // The pivots of a tangent that is not symmetric prove nothing.
-            if !start.status.is_equilibrium() || !command.loads.is_conservative() {
-                return None;
+        asked: u64,
+    ) {
+        self.layouts = Default::default();
+        for (i, (command, start)) in commands.iter().zip(equilibria).enumerate() {
+            if asked >> i & 1 == 0 || !start.status.is_equilibrium() || !goes_side_by_side(command, settings)
+            {
+                continue;
             }
-            self.drives[lane].clone_from(&command.actuators);
-            hold_locked(&mut self.drives[lane], settings);
+            self.drives[i].clone_from(&command.actuators);
+            hold_locked(&mut self.drives[i], settings);
             self.cuts.clear();
             self.cuts.extend(command.loads.cuts().map(Cut::fixed));
-            for (f, actuator) in command.actuators.iter().enumerate() {
-                match actuator.push_pull {
-                    Drive::Motion(motion) if has_edge(robot, f, motion) => {
-                        self.cuts.push(Cut::edge(f + 1, edge_estimate(motion, length)));
-                    }
-                    // Whether there is an edge turns out in the solve.
-                    Drive::Effort(_) if !robot.fields[f + 1].smooth_at_plate() => return None,
-                    _ => {}
+            for f in 0..command.actuators.len() {
+                let motion = expected(command, start, f);
+                if has_edge(robot, f, motion) {
+                    self.cuts.push(Cut::edge(f + 1, edge_estimate(motion, robot.length())));
                 }
             }
             let cuts = self.cuts.iter().copied();
-            let layout = self.lanes.layouts.get(robot.tube_count(), length, settings.resolution, cuts);
-            let alike = common.as_ref().is_none_or(|other| Arc::ptr_eq(other, &layout))
-                && command.knob == commands[0].knob
-                && same_kinds(&command.loads, &commands[0].loads)
-                && command.actuators.iter().zip(&commands[0].actuators).all(|(a, b)| {
-                    a.push_pull.is_motion() == b.push_pull.is_motion()
-                        && a.rotation.is_motion() == b.rotation.is_motion()
-                });
-            if !alike {
-                return None;
-            }
-            common = Some(layout);
+            let layouts = &mut self.single.layouts;
+            self.layouts[i] =
+                Some(layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts));
         }
-        common
     }
 
-    /// Solves a group; returns the lanes that are done and leaves the others' equilibria as they were.
+    /// The first of the commands that are left, and all that differ from it in numbers only.
+    fn alike(&self, commands: &[Command], left: u64) -> u64 {
+        let first = left.trailing_zeros() as usize;
+        let mut alike = 1 << first;
+        if let Some(layout) = &self.layouts[first] {
+            for i in first + 1..commands.len() {
+                let same_layout = self.layouts[i].as_ref().is_some_and(|own| Arc::ptr_eq(own, layout));
+                if left >> i & 1 == 1 && same_layout && same_kind(&commands[i], &commands[first]) {
+                    alike |= 1 << i;
+                }
+            }
+        }
+        alike
+    }
+
+    /// Solves the commands in `members`, which are alike; returns those that are done and leaves the others' equilibria
+    /// as they were.
     fn group(
         &mut self,
         robot: &Robot,
         commands: &[Command],
         settings: &Settings,
         equilibria: &mut [Equilibrium],
-        layout: &Arc<Layout>,
-        tips: &mut Vec<(Matrix3<f64>, Vector3<f64>)>,
+        members: u64,
+        tips: &mut [Result<Tip, CommandProblem>],
     ) -> u64 {
-        let last = commands.len() - 1;
-        let of = |lane: usize| lane.min(last);
+        // Lanes beyond the last member repeat it.
+        let mut of = [0; WIDTH];
+        let mut count = 0;
+        for i in (0..commands.len()).filter(|i| members >> i & 1 == 1) {
+            of[count..].fill(i);
+            count += 1;
+        }
+        let Some(layout) = self.layouts[of[0]].take() else { return 0 };
         let held = self.lanes.assembly.robot() == robot.serial;
         let known = held
-            && self.marks.iter().enumerate().all(|(lane, &mark)| {
-                let start = &equilibria[of(lane)];
-                let command = &commands[of(lane)];
+            && self.marks.iter().zip(of).all(|(&mark, i)| {
+                let (start, command) = (&equilibria[i], &commands[i]);
                 mark != 0
                     && mark == start.mark
                     && start.settings == *settings
                     && start.command.knob == command.knob
                     && start.command.loads == command.loads
-                    && Arc::ptr_eq(&start.layout, layout)
-                    && start.drives.iter().zip(&self.drives[of(lane)]).all(|(old, new)| old.is_held_like(new))
+                    && Arc::ptr_eq(&start.layout, &layout)
+                    && start.drives.iter().zip(&self.drives[i]).all(|(old, new)| old.is_held_like(new))
             });
-        self.begin(robot, commands, equilibria, layout, known);
+        self.begin(robot, commands, equilibria, &layout, of, known);
         let drives = std::mem::take(&mut self.drives);
         let system = System {
             robot,
-            layout,
-            loads: Each(from_fn(|lane| &commands[of(lane)].loads)),
-            knob: commands[0].knob,
-            actuators: Each(from_fn(|lane| &drives[of(lane)][..])),
+            layout: &layout,
+            loads: Each(of.map(|i| &commands[i].loads)),
+            knob: commands[of[0]].knob,
+            actuators: Each(of.map(|i| &drives[i][..])),
             formulation: settings.formulation,
         };
         let before = self.lanes.evaluations;
@@ -182,31 +190,29 @@ impl Batch {
         let evaluations = self.lanes.evaluations - before;
         self.marks = [0; WIDTH];
         if solved != 0 {
-            self.lanes.pose(robot, layout);
+            self.lanes.pose(robot, &layout);
         }
         let tip = self.lanes.poses.rotation.len().saturating_sub(1);
-        for (lane, (command, equilibrium)) in commands.iter().zip(equilibria).enumerate() {
-            if solved == 0 {
-                break;
-            }
-            let poses = &self.lanes.poses;
-            tips.push((poses.rotation[tip].map(|r| r.lane(lane)), poses.centre[tip].map(|c| c.lane(lane))));
+        let mut done = 0;
+        for (lane, &i) in of[..count].iter().enumerate() {
             if solved >> lane & 1 == 0 {
                 continue;
             }
-            equilibrium.take_lane(&self.lanes, &self.point, lane, layout);
-            self.marks[lane] = equilibrium.mark;
+            let equilibrium = &mut equilibria[i];
+            equilibrium.take_lane(&self.lanes, &self.point, lane, &layout);
+            self.marks[lane..].fill(equilibrium.mark);
             equilibrium.status = Status::Converged;
-            equilibrium.drives.clone_from(&drives[lane]);
-            equilibrium.command.copy(command);
+            equilibrium.drives.clone_from(&drives[i]);
+            equilibrium.command.copy(&commands[i]);
             equilibrium.settings = *settings;
             equilibrium.statistics = Statistics { iterations: steps[lane], evaluations, load_steps: 0 };
-        }
-        for lane in last + 1..WIDTH {
-            self.marks[lane] = self.marks[last];
+            let poses = &self.lanes.poses;
+            tips[i] =
+                Ok((poses.rotation[tip].map(|r| r.lane(lane)), poses.centre[tip].map(|c| c.lane(lane))));
+            done |= 1 << i;
         }
         self.drives = drives;
-        solved
+        done
     }
 
     /// Puts the starts side by side.
@@ -216,6 +222,7 @@ impl Batch {
         commands: &[Command],
         equilibria: &[Equilibrium],
         layout: &Arc<Layout>,
+        of: [usize; WIDTH],
         known: bool,
     ) {
         if known {
@@ -227,11 +234,9 @@ impl Batch {
         {
             self.point = Point::rest(layout);
         }
-        for lane in 0..WIDTH {
-            let index = lane.min(commands.len() - 1);
-            let (start, drives) = (&equilibria[index], &self.drives[index]);
-            let estimate =
-                |f: usize| edge_estimate(commands[index].actuators[f].push_pull.value(), robot.length());
+        for (lane, i) in of.into_iter().enumerate() {
+            let (start, drives) = (&equilibria[i], &self.drives[i]);
+            let estimate = |f: usize| edge_estimate(expected(&commands[i], start, f), robot.length());
             let moved;
             let from = if Arc::ptr_eq(&start.layout, layout) {
                 &start.point
@@ -248,8 +253,10 @@ impl Batch {
             put(&mut self.point.efforts.tension, &from.efforts.tension);
             put(&mut self.point.efforts.torque, &from.efforts.torque);
             put(&mut self.point.efforts.edge, &from.efforts.edge);
-            for (i, follower) in layout.edges.iter().enumerate() {
-                put(&mut self.point.coordinates[i..=i], &[estimate(follower - 1)]);
+            for (e, follower) in layout.edges.iter().enumerate() {
+                if drives[follower - 1].push_pull.is_motion() {
+                    put(&mut self.point.coordinates[e..=e], &[estimate(follower - 1)]);
+                }
             }
             for (f, actuator) in drives.iter().enumerate() {
                 if let Drive::Effort(force) = actuator.push_pull {
@@ -322,8 +329,13 @@ impl Batch {
             solved &= lanes.factor_in_order(system);
         }
         let length = system.robot.length();
-        for knob in &lanes.assembly.knobs {
+        for (f, (knob, actuator)) in lanes.assembly.knobs.iter().zip(system.actuators.first()).enumerate() {
             solved &= knob[0].mask(|motion| motion.abs() < length);
+            if !actuator.push_pull.is_motion() {
+                // Its edge has to be where the layout says.
+                let inside = system.layout.edges.contains(&(f + 1));
+                solved &= knob[0].mask(|motion| has_edge(system.robot, f, motion) == inside);
+            }
         }
         (solved, steps)
     }
@@ -333,9 +345,30 @@ fn norm(v: &[Lanes]) -> Lanes {
     v.iter().fold(Lanes::splat(0.0), |sum, x| sum + *x * *x).map(f64::sqrt)
 }
 
-/// Do loads differ in numbers only?
-fn same_kinds(a: &Loads, b: &Loads) -> bool {
-    a.wrenches.len() == b.wrenches.len()
+/// Where a follower (0 is the first) will stand, as far as it is known before the solve (m).
+fn expected(command: &Command, start: &Equilibrium, follower: usize) -> f64 {
+    match command.actuators[follower].push_pull {
+        Drive::Motion(motion) => motion,
+        Drive::Effort(_) => start.actuators[follower].motion,
+    }
+}
+
+/// Can a command be solved side by side with others at all?
+pub(super) fn goes_side_by_side(command: &Command, settings: &Settings) -> bool {
+    // The pivots of a tangent that is not symmetric prove nothing.
+    settings.formulation == Formulation::Consistent && command.loads.is_conservative()
+}
+
+/// Do commands differ in numbers only, and in which tubes are pushed?
+pub(super) fn same_kind(one: &Command, other: &Command) -> bool {
+    let (a, b) = (&one.loads, &other.loads);
+    one.knob == other.knob
+        && one.actuators.len() == other.actuators.len()
+        && one.actuators.iter().zip(&other.actuators).all(|(a, b)| {
+            a.push_pull.is_motion() == b.push_pull.is_motion()
+                && a.rotation.is_motion() == b.rotation.is_motion()
+        })
+        && a.wrenches.len() == b.wrenches.len()
         && a.wrenches.iter().zip(&b.wrenches).all(|(a, b)| a.station == b.station && a.frame == b.frame)
         && a.distributed.len() == b.distributed.len()
         && a.distributed

@@ -2,13 +2,15 @@
 
 pub mod batch;
 pub mod command;
+pub mod march;
 pub(crate) mod newton;
 pub(crate) mod path;
 #[cfg(test)]
 mod work;
 
-pub use batch::{Batch, solve_batch};
+pub use batch::{Batch, Tip, solve_batch};
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
+pub use march::{March, Poses, Solved, Start, march};
 pub use newton::{GeneralisedForces, Workspace, generalised_forces};
 pub use path::{solve, solve_from, solve_into};
 

@@ -1,0 +1,156 @@
+//! Many poses of all kinds at once against the same poses one by one, each from rest.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::prototype;
+use cppr::Vector3;
+use cppr::analysis::shape::tip_pose;
+use cppr::analysis::stability::stability;
+use cppr::design::{BelowPlate, Robot};
+use cppr::solve::{Actuator, Command, Drive, March, Poses, Settings, Start, Status, Workspace, march, solve};
+use cppr::statics::{Frame, Loads};
+use std::ops::ControlFlow;
+
+/// Pulled and pushed in turn, by motion and by force, with dead and turning loads; some out of reach, some that cannot be asked.
+fn commands() -> Vec<Command> {
+    (0..90)
+        .map(|i| {
+            let t = f64::from(i) / 90.0;
+            let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let mut command = Command::pull(&[side * 5e-3 * t]).with_loads(Loads::tip_force(Vector3::new(
+                0.0,
+                0.05 * t,
+                0.02,
+            )));
+            command.actuators[0].rotation = Drive::Motion(t);
+            match i % 15 {
+                3 => command.actuators[0].push_pull = Drive::Effort(side * t),
+                6 => {
+                    command.actuators[0] =
+                        Actuator { push_pull: Drive::Effort(t), rotation: Drive::Effort(0.01 * t) }
+                }
+                9 => command.loads.wrenches[0].frame = Frame::Section,
+                11 => command.actuators[0].rotation = Drive::Effort(1e3),
+                12 => command.loads.gravity = Some(Vector3::new(0.0, 0.0, -9.81)),
+                13 => command.actuators[0].push_pull = Drive::Motion(f64::NAN),
+                14 => command.actuators.push(Actuator::HELD),
+                _ => {}
+            }
+            command
+        })
+        .collect()
+}
+
+#[test]
+fn every_pose_is_what_it_is_alone() {
+    let robot = prototype("R1", 1.27, BelowPlate::Plain);
+    let (settings, base, commands) = (Settings::default(), Command::held(&robot), commands());
+    let mut memory = March::new();
+    let mut alone = Workspace::new();
+    for start in [Start::Rest, Start::Neighbour] {
+        let poses = Poses { robot: &robot, settings: &settings, base: &base, start };
+        let mut seen = vec![false; commands.len()];
+        let mut counts = [0; 3];
+        let flow = march(
+            &poses,
+            &mut memory,
+            commands.len(),
+            |pose, command| command.clone_from(&commands[pose]),
+            |pose, solved| {
+                assert!(!std::mem::replace(&mut seen[pose], true), "pose {pose} comes twice");
+                match (solve(&robot, &mut alone, &commands[pose], &settings), solved) {
+                    (Ok(wanted), Ok(solved)) => {
+                        assert_eq!(solved.equilibrium.status, wanted.status, "pose {pose}");
+                        assert_eq!(solved.equilibrium.command, commands[pose]);
+                        if wanted.status.is_equilibrium() {
+                            counts[0] += 1;
+                            let (rotation, centre) = tip_pose(&robot, &mut alone, &wanted);
+                            assert!((solved.centre - centre).norm() < 1e-12 * robot.length(), "pose {pose}");
+                            assert!((solved.rotation - rotation).norm() < 1e-11, "pose {pose}");
+                            let efforts = [&solved.equilibrium.actuators[0], &wanted.actuators[0]];
+                            let [a, b] = efforts.map(|a| a.tension);
+                            assert!(
+                                (a - b).abs() < 1e-9 * (1.0 + b.abs()),
+                                "pose {pose}: {a} instead of {b}"
+                            );
+                            // What is derived belongs to the same pose.
+                            let margin =
+                                stability(&robot, solved.workspace, solved.equilibrium).unwrap().margin;
+                            let own = stability(&robot, &mut alone, &wanted).unwrap().margin;
+                            assert!((margin - own).abs() < 1e-8, "pose {pose}: {margin} instead of {own}");
+                        } else {
+                            counts[1] += 1;
+                        }
+                    }
+                    (Err(wanted), Err(problem)) => {
+                        counts[2] += 1;
+                        // NaN differs from itself.
+                        assert_eq!(problem.to_string(), wanted.to_string(), "pose {pose}");
+                    }
+                    (wanted, solved) => panic!("pose {pose}: {solved:?} instead of {wanted:?}"),
+                }
+                ControlFlow::<()>::Continue(())
+            },
+        );
+        assert!(flow.is_continue() && seen.iter().all(|seen| *seen));
+        assert_eq!(counts, [72, 6, 12]);
+    }
+}
+
+/// Every second lane loses its equilibrium on the way; the others go on.
+#[test]
+fn a_lost_lane_does_not_touch_its_neighbours() {
+    let robot = prototype("R1", 1.27, BelowPlate::Plain);
+    let (settings, base) = (Settings::default(), Command::held(&robot));
+    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Neighbour };
+    let mut tips = [vec![Vector3::zeros(); 80], vec![Vector3::zeros(); 80]];
+    let mut lost = 0;
+    for (spoiled, tips) in [false, true].into_iter().zip(&mut tips) {
+        let put = |pose: usize, command: &mut Command| {
+            let force = if spoiled && pose % 4 == 1 { 1e6 } else { 0.01 * pose as f64 };
+            command.actuators[0] = Actuator { push_pull: Drive::Effort(force), ..Actuator::HELD };
+        };
+        let flow = march(&poses, &mut March::new(), 80, put, |pose, solved| {
+            let solved = solved.unwrap();
+            lost += usize::from(!solved.equilibrium.status.is_equilibrium());
+            tips[pose] = solved.centre;
+            ControlFlow::<()>::Continue(())
+        });
+        assert!(flow.is_continue());
+    }
+    assert_eq!(lost, 20);
+    for (pose, (whole, spoiled)) in tips[0].iter().zip(&tips[1]).enumerate().filter(|(pose, _)| pose % 4 != 1)
+    {
+        assert!((whole - spoiled).norm() < 1e-12, "pose {pose}");
+    }
+}
+
+#[test]
+fn a_march_can_be_broken_off_and_memory_serves_another_robot() {
+    let mut memory = March::new();
+    let robots: Vec<Robot> =
+        [("R1", 1.27), ("R3", 1.26)].map(|(name, factor)| prototype(name, factor, BelowPlate::Plain)).into();
+    let settings = Settings::default();
+    for robot in [&robots[0], &robots[1], &robots[0]] {
+        let base = Command::held(robot);
+        let poses = Poses { robot, settings: &settings, base: &base, start: Start::Neighbour };
+        let put = |pose: usize, command: &mut Command| {
+            command.actuators[0] = Actuator::pulled(1e-4 * pose as f64);
+        };
+        let mut count = 0;
+        let flow = march(&poses, &mut memory, 50, put, |pose, solved| {
+            let solved = solved.unwrap();
+            let own = solve(robot, &mut Workspace::new(), &solved.equilibrium.command, &settings).unwrap();
+            assert_eq!(solved.equilibrium.status, Status::Converged);
+            assert!(
+                (solved.equilibrium.actuators[0].tension - own.actuators[0].tension).abs() < 1e-9,
+                "pose {pose}"
+            );
+            count += 1;
+            if count == 21 { ControlFlow::Break(pose) } else { ControlFlow::Continue(()) }
+        });
+        assert!(matches!(flow, ControlFlow::Break(_)));
+        assert_eq!(count, 21);
+    }
+}
