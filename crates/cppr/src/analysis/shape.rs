@@ -114,8 +114,9 @@ struct Place {
     jets: FieldJets,
     rotation: Matrix3<f64>,
     centre: Vector3<f64>,
-    /// Lagrange polynomials of the element at ξ.
+    /// Lagrange polynomials of the element at ξ, and their integrals from there to its end.
     lagrange: Vec<f64>,
+    to_end: Vec<f64>,
 }
 
 /// Torque and bending moments of strains.
@@ -135,6 +136,8 @@ struct Recovery<'a> {
     moment: Vec<Vector3<f64>>,
     /// Per node and tube: distributed moment about the centre in the leader's frame (N).
     distributed: Vec<Vector3<f64>>,
+    /// Per node and tube: what of dM/dX + K × M + m = −g t × Q the shear force balances (N).
+    unbalanced: Vec<Vector3<f64>>,
     /// Force of all loads beyond each element's end (N), base frame.
     beyond: Vec<Vector3<f64>>,
 }
@@ -151,6 +154,7 @@ impl<'a> Recovery<'a> {
             tension: vec![0.0; layout.nodes * followers],
             moment: vec![Vector3::zeros(); layout.nodes * layout.tubes],
             distributed: vec![Vector3::zeros(); layout.nodes * layout.tubes],
+            unbalanced: vec![Vector3::zeros(); layout.nodes * layout.tubes],
             beyond: vec![Vector3::zeros(); layout.elements.len()],
         };
         let gravity = equilibrium.command.loads.gravity;
@@ -168,6 +172,7 @@ impl<'a> Recovery<'a> {
             force += (0..n).map(|i| recovery.load(e, i)).sum::<Vector3<f64>>();
         }
         recovery.leader_moments(&recovery.leader_tension());
+        recovery.balance();
         recovery
     }
 
@@ -229,7 +234,7 @@ impl<'a> Recovery<'a> {
                 } else {
                     let tangent = self.workspace.poses.rotation[point(layout, e, i)].column(0).into_owned();
                     let own: f64 = self.tension[node * followers..(node + 1) * followers].iter().sum();
-                    self.total_force(e, rule.nodes[i]).dot(&tangent) - own
+                    self.total_force(e, &rule.to_end[i * rule.n..]).dot(&tangent) - own
                 };
             }
         }
@@ -250,12 +255,28 @@ impl<'a> Recovery<'a> {
         }
     }
 
-    /// Force of all loads beyond coordinate ξ of an element (N), base frame.
-    fn total_force(&self, e: usize, x: f64) -> Vector3<f64> {
+    fn balance(&mut self) {
+        let (layout, state) = (self.layout, &self.workspace.state);
+        for (e, element) in layout.elements.iter().enumerate() {
+            let rule = &layout.rules[element.rule];
+            let (n, length, slopes) = (rule.n, state.lengths[e], rule.differentiation());
+            for i in 0..n {
+                let node = element.first_node + i;
+                let turning = curvature(state, layout, node);
+                for tube in 0..layout.tubes {
+                    let moment = |j: usize| self.moment[(element.first_node + j) * layout.tubes + tube];
+                    let slope: Vector3<f64> = (0..n).map(|j| moment(j) * (slopes[i * n + j] / length)).sum();
+                    let at = node * layout.tubes + tube;
+                    self.unbalanced[at] = slope + turning.cross(&self.moment[at]) + self.distributed[at];
+                }
+            }
+        }
+    }
+
+    /// Force of all loads beyond a point of an element (N), base frame; `to_end` integrates from there to the element's end.
+    fn total_force(&self, e: usize, to_end: &[f64]) -> Vector3<f64> {
         let rule = &self.layout.rules[self.layout.elements[e].rule];
-        let weights = rule.integral(x, 1.0);
-        let spread: Vector3<f64> =
-            (0..rule.n).map(|i| self.load(e, i) * (weights[i] / rule.weights[i])).sum();
+        let spread: Vector3<f64> = (0..rule.n).map(|i| self.load(e, i) * (to_end[i] / rule.weights[i])).sum();
         self.beyond[e] + spread
     }
 
@@ -270,7 +291,8 @@ impl<'a> Recovery<'a> {
         let stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
         let (rotation, centre) = self.pose(e, x);
         let rule = &layout.rules[layout.elements[e].rule];
-        let place = Place { label, e, x, k, stretch, jets, rotation, centre, lagrange: rule.lagrange(x) };
+        let (lagrange, to_end) = (rule.lagrange(x), rule.integral(x, 1.0));
+        let place = Place { label, e, x, k, stretch, jets, rotation, centre, lagrange, to_end };
         let mut section = Section {
             label,
             rotation,
@@ -289,7 +311,7 @@ impl<'a> Recovery<'a> {
         if !layout.stretch {
             // The leader carries what the followers leave of the section's total.
             let carried: f64 = section.tubes[1..].iter().map(|t| t.force.x).sum();
-            section.tubes[0].force.x = self.total_force(e, x).dot(&rotation.column(0)) - carried;
+            section.tubes[0].force.x = self.total_force(e, &place.to_end).dot(&rotation.column(0)) - carried;
         }
         for (t, tube) in section.tubes.iter_mut().enumerate() {
             let shear = tube.rotation.transpose() * rotation * self.shear(&place, t);
@@ -324,7 +346,7 @@ impl<'a> Recovery<'a> {
         let (n, length) = (rule.n, state.lengths[place.e]);
         let mut buffer = Vec::new();
         let mut field = |f: usize| layout.field(self.coordinates, place.e, place.x, f, &mut buffer);
-        let to_end = rule.integral(place.x, 1.0);
+        let to_end = &place.to_end;
         let end = state.joints[(place.e + 1) * followers + f];
         let node = |j: usize| element.first_node + j;
         let turn = |j: usize| {
@@ -361,25 +383,12 @@ impl<'a> Recovery<'a> {
 
     /// Shear force of a tube in the leader's frame: Q = v × t / g with v = −(dM/dX + K × M + m).
     fn shear(&self, place: &Place, tube: usize) -> Vector3<f64> {
-        let (layout, state) = (self.layout, &self.workspace.state);
-        let element = &layout.elements[place.e];
-        let rule = &layout.rules[element.rule];
-        let (n, length) = (rule.n, state.lengths[place.e]);
-        let slopes = rule.differentiation();
-        let mut balance = Vector3::zeros();
-        for i in 0..n {
-            let node = element.first_node + i;
-            let slope: Vector3<f64> = (0..n)
-                .map(|j| {
-                    self.moment[(element.first_node + j) * layout.tubes + tube] * (slopes[i * n + j] / length)
-                })
-                .sum();
-            let at = node * layout.tubes + tube;
-            let turned = curvature(state, layout, node).cross(&self.moment[at]);
-            balance -= (slope + turned + self.distributed[at]) * place.lagrange[i];
-        }
+        let (layout, first) = (self.layout, self.layout.elements[place.e].first_node);
+        let unbalanced: Vector3<f64> = (place.lagrange.iter().enumerate())
+            .map(|(i, share)| self.unbalanced[(first + i) * layout.tubes + tube] * *share)
+            .sum();
         let g = 1.0 + place.stretch + place.jets.offset[0] * place.k.z;
-        balance.cross(&Vector3::x()) / g
+        Vector3::x().cross(&unbalanced) / g
     }
 
     /// Rotation and centre at ξ of an element, by one more Magnus step from the point before it.

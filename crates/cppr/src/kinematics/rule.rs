@@ -102,19 +102,25 @@ impl Rule {
         self.moments(a, b).map(|m| m[0]).collect()
     }
 
-    /// Moments ∫_a^b ((ξ − mid)/(b − a))^m L_j dξ for m = 0, 1, 2 of every L_j. The rule has to be exact to
-    /// degree n + 1, which it is.
+    /// Moments ∫_a^b ((ξ − mid)/(b − a))^m L_j dξ for m = 0, 1, 2 of every L_j, by way of those of the Legendre
+    /// modes. The rule has to be exact to degree n + 1, which it is.
     fn moments(&self, a: f64, b: f64) -> impl Iterator<Item = [f64; 3]> {
-        let mut moments = vec![[0.0; 3]; self.n];
+        let mut modes = vec![[0.0; 3]; self.n];
+        let mut values = vec![0.0; self.n];
         for (&x, &w) in self.nodes.iter().zip(&self.weights) {
             let (weight, t) = (w * (b - a), x - 0.5);
-            for (m, value) in moments.iter_mut().zip(self.lagrange(a + (b - a) * x)) {
-                m[0] += weight * value;
-                m[1] += weight * t * value;
-                m[2] += weight * t * t * value;
+            legendre_values(a + (b - a) * x, &mut values);
+            for ((i, mode), value) in modes.iter_mut().enumerate().zip(&values) {
+                let share = weight * value * (2 * i + 1) as f64;
+                mode[0] += share;
+                mode[1] += share * t;
+                mode[2] += share * t * t;
             }
         }
-        moments.into_iter()
+        self.legendre.chunks(self.n).zip(&self.weights).map(move |(own, weight)| {
+            let moment = |m: usize| weight * own.iter().zip(&modes).map(|(p, mode)| p * mode[m]).sum::<f64>();
+            [moment(0), moment(1), moment(2)]
+        })
     }
 
     /// Shares of the nodal values in the three generators α_m / ℓ of a sixth-order Magnus step from a to b:
