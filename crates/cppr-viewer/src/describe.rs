@@ -107,20 +107,24 @@ fn longest_pull(robot: &Robot, tube: usize) -> f64 {
 const STEPS: f64 = 50.0;
 /// What of a follower is drawn below the plate: its longest push and some more.
 const BELOW: f64 = 1.2;
-/// Sharpest bend that is shaded smoothly (rad).
-const CREASE: f64 = 0.5;
+/// Sharpest bend that is shaded smoothly (rad): more than a chord of a coarse circle turns.
+const CREASE: f64 = 0.6;
 
-/// The bodies of all tubes whose geometry is known, as messages.
+/// The bodies of all tubes whose geometry is known, as messages: the fine ones, and coarse ones for a renderer that is
+/// too slow for them while the robot moves.
 pub fn bodies(file: &RobotFile, robot: &Robot) -> Vec<Vec<u8>> {
-    let length = robot.length();
-    let body = |tube: usize| {
+    let fine = Detail::drawing(robot.length() / STEPS);
+    let body = |tube: usize, coarse: bool| {
         let below = if tube == 0 { 0.0 } else { BELOW * longest_pull(robot, tube) };
-        let options = TubeOptions { below, ..TubeOptions::plain(Detail::drawing(length / STEPS)) };
+        let outer = file.tubes.get(tube)?.outer_radius?;
+        // Circles of at least 12 chords, which leave them by a tenth of the radius at most.
+        let detail = if coarse { Detail { chord: 0.09 * outer, turn: 0.53, ..fine } } else { fine };
         // A tube that is given by its stiffness is drawn as its centroid line.
-        let mesh = tube_mesh(file, tube, &options).ok()?;
-        Some(crate::message::mesh(tube, &mesh.shaded(CREASE)))
+        let mesh = tube_mesh(file, tube, &TubeOptions { below, ..TubeOptions::plain(detail) }).ok()?;
+        Some(crate::message::mesh(tube, coarse, &mesh.shaded(CREASE)))
     };
-    (0..robot.tube_count()).filter_map(body).collect()
+    let both = [false, true].into_iter();
+    both.flat_map(|coarse| (0..robot.tube_count()).filter_map(move |tube| body(tube, coarse))).collect()
 }
 
 impl Tube {
@@ -167,12 +171,37 @@ fn nice(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::nice;
+    use super::{bodies, nice};
+    use cppr::design::Robot;
 
     #[test]
     fn nice_numbers_are_nice() {
         for (value, want) in [(13.2, 15.0), (0.42, 0.5), (9.1, 10.0), (1.0, 1.0), (0.0011, 0.0015)] {
             assert!((nice(value) - want).abs() < 1e-12 * want, "{value}");
+        }
+    }
+
+    /// Every tube twice; the coarse body has about half the triangles, on the same stretch of the axis.
+    #[test]
+    fn bodies_come_fine_and_coarse() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/r1.toml");
+        let file = cppr_io::robot_file::read(path).unwrap();
+        let robot = Robot::new(file.design.clone()).unwrap();
+        let read = |message: Vec<u8>| {
+            let length = 4 + u32::from_le_bytes(message[..4].try_into().unwrap()) as usize;
+            let head: serde_json::Value = serde_json::from_slice(&message[4..length]).unwrap();
+            let vertices = usize::try_from(head["vertices"].as_u64().unwrap()).unwrap();
+            let x = message[length..].chunks(12).take(vertices);
+            let x: Vec<f32> = x.map(|p| f32::from_le_bytes(p[..4].try_into().unwrap())).collect();
+            let ends = (x.iter().copied().fold(0.0, f32::min), x.iter().copied().fold(0.0, f32::max));
+            (head["tube"].as_u64(), head["coarse"].as_bool(), head["triangles"].as_u64().unwrap(), ends)
+        };
+        let all: Vec<_> = bodies(&file, &robot).into_iter().map(read).collect();
+        let (fine, coarse) = all.split_at(2);
+        for (fine, coarse) in fine.iter().zip(coarse) {
+            assert_eq!((fine.0, fine.1, coarse.1), (coarse.0, Some(false), Some(true)));
+            assert!(2 * coarse.2 <= fine.2 + fine.2 / 8, "{} and {} triangles", fine.2, coarse.2);
+            assert_eq!(fine.3, coarse.3);
         }
     }
 }

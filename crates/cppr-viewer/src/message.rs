@@ -85,11 +85,11 @@ pub fn floats(robot: &Robot, shape: &Shape) -> Vec<f32> {
     out
 }
 
-/// The body of a tube, counted from 0.
+/// The body of a tube, counted from 0; `coarse` is for pictures in haste.
 #[must_use]
-pub fn mesh(tube: usize, body: &Shaded) -> Vec<u8> {
+pub fn mesh(tube: usize, coarse: bool, body: &Shaded) -> Vec<u8> {
     let head = serde_json::json!({
-        "kind": "mesh", "tube": tube, "vertices": body.positions.len(), "triangles": body.triangles.len(),
+        "kind": "mesh", "tube": tube, "coarse": coarse, "vertices": body.positions.len(), "triangles": body.triangles.len(),
     });
     #[allow(clippy::cast_possible_truncation, reason = "for drawing")]
     let floats =

@@ -8,7 +8,7 @@ const { page } = await open(chrome.context, server.address);
 await page.getByRole("slider", { name: "Pull (mm)" }).fill("-6");
 await page.getByRole("slider", { name: "Turn (°)" }).fill("60");
 await page.evaluate(() => document.activeElement.blur());
-await page.waitForFunction(() => cppr.source.idle);
+await page.waitForFunction(() => cppr.source.idle && !cppr.stage.moving);
 await page.screenshot({ path: process.argv[2] });
 await chrome.close();
 await server.close();

@@ -116,6 +116,30 @@ export function select(label, options, chosen, change) {
   return node;
 }
 
+/** What is done at most once in so many milliseconds, in a task of its own, for whatever woke it last. */
+export class Seldom {
+  #timer = null;
+  #last = -Infinity;
+
+  constructor(interval, work) {
+    this.interval = interval;
+    this.work = work;
+  }
+
+  wake() {
+    this.#timer ??= setTimeout(() => this.now(), Math.max(0, this.#last + this.interval - performance.now()));
+  }
+
+  /** At once, where it was woken. */
+  now() {
+    if (this.#timer === null) return;
+    clearTimeout(this.#timer);
+    this.#timer = null;
+    this.#last = performance.now();
+    this.work();
+  }
+}
+
 /** Gives a text or a picture to the person as a file. */
 export function download(name, data, type) {
   const url = URL.createObjectURL(data instanceof Blob ? data : new Blob([data], { type }));

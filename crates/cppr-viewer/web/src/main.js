@@ -4,7 +4,7 @@ import "./style.css";
 import { Arrow } from "./arrow.js";
 import { COLOURINGS, Legend, range, sectionValue } from "./colouring.js";
 import { controlPanel } from "./panel.js";
-import { choice, download, el, select, tick } from "./dom.js";
+import { Seldom, choice, download, el, select, tick } from "./dom.js";
 import { png, svg } from "./picture.js";
 import { Plots } from "./plots.js";
 import { Pose } from "./pose.js";
@@ -49,7 +49,7 @@ const arrow = new Arrow(stage, {
   },
   done: () => store.settle(),
 });
-stage.drawn = () => arrow.face();
+stage.before = () => arrow.face();
 
 function arrowColour() {
   return stage.theme === "dark" ? "#f0c419" : "#b3540a";
@@ -72,6 +72,15 @@ function bend() {
   if (old.dimmed !== (refused !== null) || String(old.range) !== String(limits) || old.mode !== COLOURINGS[colouring].mode) paint();
   else arrow.update(store.scenario.tip.force_N, arrowColour());
 }
+
+/** Readout and plots follow the picture: nobody reads more than twenty a second. */
+const numbers = new Seldom(50, () => {
+  const { pose } = store;
+  if (!pose) return;
+  readout.pose(pose, store.scenario);
+  readout.note.textContent = source.live ? `${pose.iterations} Newton steps, ${(pose.solve_us / 1000).toFixed(2)} ms` : "";
+  plots.pose(pose);
+});
 
 function begin(description) {
   const changed = description.changed && robot !== null;
@@ -111,6 +120,7 @@ function refuse(reasons) {
   const shown = reasons.slice(0, 6).join("\n");
   banner.textContent = shown;
   banner.hidden = false;
+  numbers.now();
   readout.say("bad", "No equilibrium is shown for this command; the last one is dimmed.");
   paint();
 }
@@ -129,9 +139,7 @@ const messages = {
     begun = true;
     store.pose = new Pose(message, columns);
     bend();
-    readout.pose(store.pose, store.scenario);
-    readout.note.textContent = source.live ? `${message.iterations} Newton steps, ${(message.solve_us / 1000).toFixed(2)} ms` : "";
-    plots.pose(store.pose);
+    numbers.wake();
   },
   refused: ({ reasons }) => refuse(reasons),
   bad_file: ({ name: file, problems: list }) => listProblems(`${file} cannot be used`, list),
@@ -155,8 +163,8 @@ source.addEventListener("lost", () => {
 store.addEventListener("change", ({ detail }) => {
   source.solve(store.scenario, resting);
   resting = false;
+  // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
   if (detail.outside) panel?.show();
-  if (stage.description) arrow.update(store.scenario.tip.force_N, arrowColour());
 });
 let resting = false;
 

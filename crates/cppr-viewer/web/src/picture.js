@@ -20,7 +20,7 @@ export function png(stage) {
 
 /** Vertices of a tube as it is bent (mm), as the shader does it. */
 function bent(tube) {
-  const rest = tube.mesh.geometry.getAttribute("position").array;
+  const rest = tube.fine.getAttribute("position").array;
   const [from, to] = tube.uniforms.extent.value;
   const out = new Float32Array(rest.length);
   const row = 4 * NODES;
@@ -51,14 +51,14 @@ export function svg(stage) {
     point.set(x, y, z).project(camera);
     return [((point.x + 1) / 2) * w, ((1 - point.y) / 2) * h, point.z];
   };
-  const light = stage.key.position.clone().sub(stage.key.target.position).normalize();
+  const light = stage.towardsKey;
   const faces = [];
   for (const tube of stage.tubes.filter((t) => t.mesh.visible)) {
     const positions = bent(tube);
     const screen = [];
     for (let i = 0; i < positions.length; i += 3) screen.push(project(positions[i], positions[i + 1], positions[i + 2]));
-    const index = tube.mesh.geometry.index.array;
-    const base = tube.mesh.material.color;
+    const index = tube.fine.index.array;
+    const base = tube.colour;
     for (let i = 0; i < index.length; i += 3) {
       const [a, b, c] = [index[i], index[i + 1], index[i + 2]];
       const [p, q, r] = [screen[a], screen[b], screen[c]];
@@ -84,12 +84,9 @@ export function svg(stage) {
   }
   flush();
   for (const line of [stage.trace, ...stage.centroids, stage.centre].filter((l) => l.visible)) {
-    const start = line.geometry.getAttribute("instanceStart");
-    const end = line.geometry.getAttribute("instanceEnd");
-    const ends = Array.from({ length: start.count }, (_, i) => [start.getX(i), start.getY(i), start.getZ(i)]);
-    ends.push([end.getX(end.count - 1), end.getY(end.count - 1), end.getZ(end.count - 1)]);
-    const points = ends.map((e) => project(...e)).map(([x, y]) => `${n(x)},${n(y)}`);
-    body += `<polyline fill="none" stroke="#${line.material.color.getHexString()}" stroke-width="${line.material.linewidth}" points="${points.join(" ")}"/>\n`;
+    const ends = Array.from({ length: line.points.length / 3 }, (_, i) => project(...line.points.slice(3 * i, 3 * i + 3)));
+    const points = ends.map(([x, y]) => `${n(x)},${n(y)}`);
+    body += `<polyline fill="none" stroke="#${line.material.color.getHexString()}" stroke-width="${line.width}" points="${points.join(" ")}"/>\n`;
   }
   const [x, y] = project(...stage.pose.tip_mm);
   body += `<circle cx="${n(x)}" cy="${n(y)}" r="4" fill="#${stage.tip.material.color.getHexString()}"/>\n`;

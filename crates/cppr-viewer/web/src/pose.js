@@ -49,44 +49,54 @@ export class Pose {
    */
   texels(t, from, to, tube, value, out) {
     const row = 4 * NODES;
-    const first = this.at(0, t, "abscissa");
-    let s = 0;
+    const { floats, index, sections } = this;
+    const [width, start] = [this.tubes * this.columns.length, t * this.columns.length];
+    const first = floats[start + index.abscissa];
     const last = tube.depth_mm.length - 1;
-    const notch = (x, phi) => {
-      const depth = tube.depth_mm[Math.round((Math.min(Math.max(x, 0), to) / to) * last)] ?? 0;
-      return [Math.cos(phi), Math.sin(phi), depth > 0 ? depth - tube.outer_mm : -1e6, 0];
-    };
-    const rotation = (section) => ["qx", "qy", "qz", "qw"].map((c) => this.at(section, t, c));
+    // Between sections s and s + 1 at part w; what belongs to a section is worked out once.
+    let [s, w, a, b] = [0, 0, start, start + width];
+    let [values, bends] = [[value(0), value(1)], [this.bending(0, t, tube), this.bending(1, t, tube)]];
+    const mix = (column) => floats[a + column] + w * (floats[b + column] - floats[a + column]);
     for (let i = 0; i < NODES; i++) {
       const x = from + ((to - from) * i) / (NODES - 1);
-      if (x <= first) {
-        out.set([x - first, 0, 0, 0], 4 * i);
-        out.set(rotation(0), row + 4 * i);
-        out.set([0, 0, 0, 0], 2 * row + 4 * i);
-        out.set(notch(x, this.at(0, t, "direction")), 3 * row + 4 * i);
-        continue;
+      const below = x <= first;
+      const before = s;
+      while (s < sections - 2 && floats[start + (s + 1) * width + index.abscissa] < x) s++;
+      if (s !== before) {
+        [a, b] = [start + s * width, start + (s + 1) * width];
+        values = [value(s), value(s + 1)];
+        bends = [this.bending(s, t, tube), this.bending(s + 1, t, tube)];
       }
-      while (s < this.sections - 2 && this.at(s + 1, t, "abscissa") < x) s++;
-      const left = this.at(s, t, "abscissa");
-      const w = Math.min(1, (x - left) / Math.max(1e-9, this.at(s + 1, t, "abscissa") - left));
-      const mix = (a, b) => a + w * (b - a);
-      const centre = ["x", "y", "z"].map((c) => mix(this.at(s, t, c), this.at(s + 1, t, c)));
-      out.set([...centre, mix(value(s), value(s + 1))], 4 * i);
-      const [a, b] = [rotation(s), rotation(s + 1)];
-      const sign = Math.sign(a.reduce((sum, v, j) => sum + v * b[j], 0)) || 1;
-      const q = a.map((v, j) => mix(v, sign * b[j]));
-      const norm = Math.hypot(...q);
-      out.set(q.map((v) => v / norm), row + 4 * i);
-      const [c, d] = [this.bending(s, t, tube), this.bending(s + 1, t, tube)];
-      out.set([...c.map((v, j) => mix(v, d[j])), 0], 2 * row + 4 * i);
-      out.set(notch(x, mix(this.at(s, t, "direction"), this.at(s + 1, t, "direction"))), 3 * row + 4 * i);
-    }
-    // Neighbours on one side of the sphere, so that they can be interpolated.
-    for (let i = 1; i < NODES; i++) {
-      const [a, b] = [row + 4 * (i - 1), row + 4 * i];
+      const left = floats[a + index.abscissa];
+      w = below ? 0 : Math.min(1, (x - left) / Math.max(1e-9, floats[b + index.abscissa] - left));
+      let at = 4 * i;
+      out[at] = below ? x - first : mix(index.x);
+      out[at + 1] = below ? 0 : mix(index.y);
+      out[at + 2] = below ? 0 : mix(index.z);
+      out[at + 3] = below ? 0 : values[0] + w * (values[1] - values[0]);
+      at += row;
+      let [sign, norm] = [0, 0];
+      for (let j = 0; j < 4; j++) sign += floats[a + index.qx + j] * floats[b + index.qx + j];
+      for (let j = 0; j < 4; j++) {
+        const q = (1 - w) * floats[a + index.qx + j] + w * (sign < 0 ? -1 : 1) * floats[b + index.qx + j];
+        out[at + j] = q;
+        norm += q * q;
+      }
+      for (let j = 0; j < 4; j++) out[at + j] /= Math.sqrt(norm);
+      // Neighbours on one side of the sphere, so that they can be interpolated.
       let dot = 0;
-      for (let j = 0; j < 4; j++) dot += out[a + j] * out[b + j];
-      if (dot < 0) for (let j = 0; j < 4; j++) out[b + j] *= -1;
+      for (let j = 0; i > 0 && j < 4; j++) dot += out[at + j] * out[at + j - 4];
+      for (let j = 0; dot < 0 && j < 4; j++) out[at + j] *= -1;
+      at += row;
+      for (let j = 0; j < 3; j++) out[at + j] = below ? 0 : bends[0][j] + w * (bends[1][j] - bends[0][j]);
+      out[at + 3] = 0;
+      at += row;
+      const phi = mix(index.direction);
+      const depth = tube.depth_mm[Math.round((Math.min(Math.max(x, 0), to) / to) * last)] ?? 0;
+      out[at] = Math.cos(phi);
+      out[at + 1] = Math.sin(phi);
+      out[at + 2] = depth > 0 ? depth - tube.outer_mm : -1e6;
+      out[at + 3] = 0;
     }
   }
 }

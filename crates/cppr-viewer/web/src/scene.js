@@ -1,16 +1,17 @@
-// The picture: camera and light, the tubes, and the lines drawn with them. Drawn when something changes,
-// not in between. Millimetres; +Z is up.
+// The picture: camera and light, the tubes, and the lines drawn with them. Drawn when something changes, not in between, and at most
+// once for every picture of the screen. Millimetres; +Z is up.
 
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
-  SphereGeometry, Vector3, WebGLRenderer,
+  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
+  ShaderMaterial, SphereGeometry, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { Line2 } from "three/addons/lines/Line2.js";
-import { LineGeometry } from "three/addons/lines/LineGeometry.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { lineColour, nice } from "./colour.js";
+import { AMBIENT, GROUND, KEY, SKY } from "./light.js";
+import { Pace } from "./pace.js";
+import { Ribbon } from "./ribbon.js";
+import { Smooth } from "./smooth.js";
 import { Tube } from "./tubes.js";
 
 /** Directions from which the camera looks, and what is up. */
@@ -25,30 +26,37 @@ const INK = { light: "#22262b", dark: "#e8eaed" };
 const BACK = { light: "#f7f7f5", dark: "#15181b" };
 const TRACE = { light: "#8e2a8b", dark: "#d58ad2" };
 
-/** A line that keeps its width on the screen. */
-function wideLine(width) {
-  const line = new Line2(new LineGeometry(), new LineMaterial({ linewidth: width, worldUnits: false }));
-  line.frustumCulled = false;
-  line.visible = false;
-  return line;
-}
+/** One colour as the screen has it, red to opacity: nothing is worked out at the many pixels of the grid. */
+const flat = () =>
+  new ShaderMaterial({
+    uniforms: { colour: { value: new Vector4() } },
+    vertexShader: "void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+    fragmentShader: "uniform vec4 colour; void main() { gl_FragColor = colour; }",
+    transparent: true,
+    depthWrite: false,
+  });
 
-function setPoints(line, points) {
-  line.geometry.dispose();
-  line.geometry = new LineGeometry();
-  line.geometry.setPositions(points);
-}
+/** After so long without a change the robot is at rest (ms). */
+const REST = 250;
 
 export class Stage {
   tubes = [];
+  /** All lines of constant width. */
+  lines = [];
   show = { tubes: true, lines: true, frames: false, trace: false, cloud: true, grid: true, glass: false };
   theme = "light";
   #queued = false;
+  /** Does a picture wait for the screen to take it? */
+  #drawn = false;
+  #bent = true;
+  #resting = null;
 
   constructor(host) {
     this.host = host;
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ antialias: false });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.smooth = new Smooth(this.renderer);
+    this.pace = new Pace(this.renderer.getContext());
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("aria-label", "The robot. Arrow keys turn it, plus and minus zoom.");
@@ -59,8 +67,9 @@ export class Stage {
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.zoomToCursor = true;
-    this.key = new DirectionalLight("#ffffff", 1.7);
-    this.scene.add(new HemisphereLight("#ffffff", "#c8c4bd", 1.5), new AmbientLight("#ffffff", 0.55), this.key, this.key.target);
+    this.key = new DirectionalLight("#ffffff", KEY);
+    this.towardsKey = new Vector3();
+    this.scene.add(new HemisphereLight(SKY.colour, GROUND, SKY.intensity), new AmbientLight("#ffffff", AMBIENT), this.key, this.key.target);
     this.robot = new Group();
     this.scene.add(this.robot);
     this.canvas.addEventListener("keydown", (event) => this.#turn(event));
@@ -75,52 +84,62 @@ export class Stage {
     this.length = description.length_mm;
     const outer = Math.max(...description.tubes.map((t) => t.outer_mm ?? 0), 0.02 * this.length);
     this.outer = outer;
-    this.tubes = description.tubes.map((t, i) => new Tube(i, t));
-    this.centroids = description.tubes.map((t) => wideLine(t.outer_mm ? 2.2 : 5));
-    this.centre = wideLine(1.4);
-    this.trace = wideLine(2);
+    this.tubes = description.tubes.map((t, i) => new Tube(i, t, this.towardsKey));
+    this.centroids = description.tubes.map((t) => new Ribbon(t.outer_mm ? 2.2 : 5));
+    this.centre = new Ribbon(1.4);
+    this.trace = new Ribbon(2);
+    this.lines = [...this.centroids, this.centre, this.trace];
     this.frames = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true }));
     this.frames.frustumCulled = false;
     this.cloud = new Points(new BufferGeometry(), new PointsMaterial({ size: 2.2, sizeAttenuation: false, transparent: true, opacity: 0.6 }));
     this.cloud.frustumCulled = false;
     this.mark = new Mesh(new RingGeometry(1.06 * outer, 1.22 * outer, 64), new MeshBasicMaterial({ side: 2, transparent: true, opacity: 0.85 }));
     this.mark.visible = false;
-    this.tip = new Mesh(new SphereGeometry(0.16 * outer, 20, 12), new MeshBasicMaterial());
-    this.plate = new Mesh(new RingGeometry(outer * 1.02, outer * 2.6, 96), new MeshStandardMaterial({ side: 2, transparent: true, opacity: 0.55, roughness: 0.9 }));
+    this.tip = new Mesh(new SphereGeometry(0.16 * outer, 14, 9), new MeshBasicMaterial());
+    this.plate = new Mesh(new RingGeometry(outer * 1.02, outer * 2.6, 96), new MeshLambertMaterial({ side: 2, transparent: true, opacity: 0.55, forceSinglePass: true }));
     this.plate.rotation.y = Math.PI / 2;
     const step = nice(this.length / 20);
     const cells = Math.ceil((2 * this.length) / step / 2) * 2;
     this.gridStep = step;
     this.grid = new GridHelper(cells * step, cells);
+    this.grid.material.dispose();
+    this.grid.material = flat();
     this.grid.rotation.x = Math.PI / 2;
     this.grid.position.set(0.5 * this.length, 0, -3 * outer);
-    this.grid.material.transparent = true;
-    this.grid.material.depthWrite = false;
     this.robot.add(
-      ...this.tubes.map((t) => t.mesh), ...this.centroids, this.centre, this.trace, this.frames, this.cloud, this.mark, this.tip,
+      ...this.tubes.map((t) => t.mesh), ...this.lines, this.frames, this.cloud, this.mark, this.tip,
       this.plate, this.grid,
     );
     this.tracePoints = [];
     this.pose = null;
+    this.#bent = true;
     this.paint();
   }
 
   /** Bends the robot; `value(t)` gives the coloured value of tube t by section. */
   bend(pose, value) {
     this.pose = pose;
-    this.tubes.forEach((tube, t) => tube.bend(pose, value(t)));
-    this.centroids.forEach((line, t) => setPoints(line, pose.points(t, "centroid_x")));
-    setPoints(this.centre, pose.points(0, "x"));
-    this.tip.position.set(...pose.tip_mm);
+    this.value = value;
+    this.#bent = false;
     const last = this.tracePoints.at(-1);
     if (!last || Math.hypot(...last.map((v, i) => v - pose.tip_mm[i])) > 0.002 * this.length) {
       this.tracePoints.push(pose.tip_mm);
       if (this.tracePoints.length > 2000) this.tracePoints.shift();
     }
-    if (this.show.trace && this.tracePoints.length > 1) setPoints(this.trace, this.tracePoints.flat());
-    if (this.show.frames) this.#frames(pose);
     this.#visible();
     this.draw();
+  }
+
+  /** Gives the pose to the graphics card, the newest only. */
+  #shape() {
+    const { pose } = this;
+    this.#bent = true;
+    this.tubes.forEach((tube, t) => tube.bend(pose, this.value(t)));
+    this.centroids.forEach((line, t) => (line.points = pose.points(t, "centroid_x")));
+    this.centre.points = pose.points(0, "x");
+    this.tip.position.set(...pose.tip_mm);
+    if (this.show.trace) this.trace.points = this.tracePoints.flat();
+    if (this.show.frames) this.#frames(pose);
   }
 
   /** The axes of some sections of the leader and of the followers. */
@@ -203,9 +222,7 @@ export class Stage {
     this.mark.material.color = new Color(TRACE[this.theme]);
     this.tip.material.color = new Color(TRACE[this.theme]);
     this.plate.material.color = new Color(this.theme === "dark" ? "#59616a" : "#c9c9c4");
-    this.grid.material.color = new Color(this.theme === "dark" ? "#ffffff" : "#000000");
-    this.grid.material.opacity = this.theme === "dark" ? 0.1 : 0.09;
-    this.grid.material.vertexColors = false;
+    this.grid.material.uniforms.colour.value.set(...(this.theme === "dark" ? [1, 1, 1, 0.1] : [0, 0, 0, 0.09]));
     this.#visible();
     this.draw();
   }
@@ -213,7 +230,7 @@ export class Stage {
   #visible() {
     const { show, pose } = this;
     if (!this.description) return;
-    this.tubes.forEach((t) => (t.mesh.visible = show.tubes && pose !== null && t.mesh.geometry.index !== null));
+    this.tubes.forEach((t) => (t.mesh.visible = show.tubes && pose !== null && t.fine !== null));
     // Inside solid tubes lines show through, else they would not be seen at all.
     for (const line of [...this.centroids, this.centre]) {
       line.visible = pose !== null && show.lines;
@@ -272,22 +289,58 @@ export class Stage {
     this.renderer.setSize(w, h);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
-    this.drawNow();
+    this.#drawMoving();
   }
 
-  /** Draws with the next picture of the screen. */
+  /** Draws at the end of the present task, or after the next picture of the screen where one is drawn for this. */
   draw() {
     if (this.#queued) return;
     this.#queued = true;
-    requestAnimationFrame(() => this.drawNow());
+    if (!this.#drawn) queueMicrotask(() => this.#next());
   }
 
-  drawNow() {
+  #next() {
+    if (!this.#queued) return;
+    this.#drawMoving();
+    this.#drawn = true;
+    // The screen takes the picture at the end of its next frame. Another one before that would be drawn for nothing.
+    requestAnimationFrame(() => setTimeout(() => {
+      this.#drawn = false;
+      this.#next();
+    }));
+  }
+
+  #drawMoving() {
+    const { fast } = this.pace;
+    this.drawNow(fast);
+    clearTimeout(this.#resting);
+    this.#resting = fast ? null : setTimeout(() => this.drawNow(), REST);
+  }
+
+  /** Does a picture of the moving robot wait for a better one? */
+  get moving() {
+    return this.#queued || this.#resting !== null;
+  }
+
+  /** Draws at once, as good as can be or with plain edges. */
+  drawNow(smooth = true) {
     this.#queued = false;
+    if (!this.#bent) this.#shape();
+    this.before?.();
+    for (const tube of this.tubes) tube.detail(smooth);
+    for (const line of this.lines) line.face(this.camera, this.canvas.clientHeight);
     this.key.position.copy(this.camera.position);
     this.key.position.addScaledVector(new Vector3(0.25, 0.3, 0.9), this.camera.position.distanceTo(this.controls.target));
     this.key.target.position.copy(this.controls.target);
-    this.renderer.render(this.scene, this.camera);
-    this.drawn?.();
+    this.towardsKey.subVectors(this.key.position, this.key.target.position).normalize();
+    if (smooth) {
+      this.#resting = null;
+      this.smooth.render(this.scene, this.camera);
+      this.pace.watch();
+    } else {
+      this.renderer.render(this.scene, this.camera);
+      // Drawn while the page does something else, not when the screen asks for it.
+      this.renderer.getContext().flush();
+    }
   }
 }

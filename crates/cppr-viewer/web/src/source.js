@@ -91,6 +91,8 @@ export class Live extends EventTarget {
       this.times.push(performance.now() - this.#under.since);
       if (this.times.length > 4096) this.times.splice(0, 2048);
       this.#under = null;
+      // Solved while this shape is drawn.
+      this.#next();
     }
     this.dispatchEvent(new CustomEvent("message", { detail: message }));
     if (!this.#under) this.#next();

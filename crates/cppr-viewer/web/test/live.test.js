@@ -37,6 +37,56 @@ test("a slider moves the tip by what the program says", async () => {
   near(await settled(page), tipOf(solve("robots/r3.toml", "--pull", "-8mm", "--rotate", "40deg")), 1e-6);
 });
 
+test("shapes do not wait for pictures, and no picture is drawn for nothing", async () => {
+  await page.getByRole("button", { name: "Reset" }).click();
+  await settled(page);
+  const count = await page.evaluate(async () => {
+    const { store, source, stage } = cppr;
+    let [shapes, pictures, frames, bytes] = [0, 0, 0, 0];
+    const draw = stage.drawNow;
+    stage.drawNow = (smooth) => {
+      pictures++;
+      draw.call(stage, smooth);
+    };
+    const tick = () => {
+      frames++;
+      if (shapes < 100) requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+    while (shapes < 100) {
+      const answer = new Promise((resolve) => source.addEventListener("message", resolve, { once: true }));
+      store.change((s) => (s.actuator[0].pull_mm = 5 * Math.sin(shapes / 9)));
+      const { detail } = await answer;
+      bytes = Math.max(bytes, detail.floats.byteLength);
+      shapes++;
+    }
+    stage.drawNow = draw;
+    return { pictures, frames, bytes };
+  });
+  assert.ok(count.pictures <= count.frames + 2, `${count.pictures} pictures in ${count.frames} frames of the screen`);
+  assert.equal(count.bytes, 97 * 2 * 21 * 4);
+});
+
+test("a picture in haste is coarser, one at rest is whole again", async () => {
+  await page.evaluate(() => cppr.store.change((s) => (s.actuator[0].pull_mm = 3)));
+  await settled(page);
+  const cost = (smooth) =>
+    page.evaluate((smooth) => {
+      const { stage } = cppr;
+      stage.renderer.info.autoReset = false;
+      stage.renderer.info.reset();
+      stage.drawNow(smooth);
+      stage.renderer.info.autoReset = true;
+      const { triangles, calls } = stage.renderer.info.render;
+      return { triangles, calls };
+    }, smooth);
+  const [haste, rest] = [await cost(false), await cost(true)];
+  assert.ok(haste.calls <= 12, `${haste.calls} draw calls`);
+  assert.ok(haste.triangles < 9000, `${haste.triangles} triangles`);
+  assert.ok(rest.triangles > 1.7 * haste.triangles, `${rest.triangles} triangles at rest, ${haste.triangles} in haste`);
+  await page.waitForFunction(() => !cppr.stage.moving);
+});
+
 test("force instead of motion takes over where the robot stands", async () => {
   await page.getByRole("button", { name: "Reset" }).click();
   await slider("Pull (mm)").fill("5");

@@ -20,6 +20,7 @@ for (const [theme, width, height] of [["light", 1366, 768], ["dark", 1920, 1080]
         await page.getByLabel("Colour by").selectOption(colour);
         await settled(page);
         await page.evaluate(() => document.activeElement.blur());
+        await page.waitForFunction(() => !cppr.stage.moving);
         await page.screenshot(keep ? { path: join(keep, `${robot}-${theme}.png`) } : {});
         const seen = await page.evaluate(() => {
           // Drawn and read in one go: the buffer is not kept.
