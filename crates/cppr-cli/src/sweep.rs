@@ -147,8 +147,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .ok_or_else(|| Failure::Input(format!("{shown}: tables are written as .csv, .npz or .parquet")))?;
     if !format.is_available() {
         return Err(Failure::Input(format!(
-            "{shown}: this program was built without Parquet. Write .csv or .npz, or build it with\n  \
-             cargo build --release --features parquet"
+            "{shown}: this program was built without Parquet: build it with `cargo build --release --features parquet` \
+             (two minutes more), or write .csv or .npz"
         )));
     }
     // A link stays a link.

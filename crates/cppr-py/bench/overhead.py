@@ -48,6 +48,16 @@ def many(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> float
     return float(np.median(ratios))
 
 
+def side_by_side(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> float:
+    """Median of how many times the throughput of single solves in Rust `solve_many` has, both on one thread."""
+    pulls = np.linspace(0, 8e-3, 4000)
+    ratios = []
+    for _ in range(turns):
+        rust = _cppr.time_solves(robot, pulls.tolist(), settings)
+        ratios.append(rust / seconds(lambda: robot.solve_many(pull=pulls, settings=settings, threads=1)))
+    return float(np.median(ratios))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--turns", type=int, default=100)
@@ -60,6 +70,8 @@ def main() -> None:
             f"overhead {(python - rust) * 1e6:.1f} us"
         )
         print(f"solve_many in {name}: {many(robot, settings, max(3, turns // 10)):.1%} of Rust's throughput")
+        ratio = side_by_side(robot, settings, max(3, turns // 10))
+        print(f"solve_many in {name}: {ratio:.1f} times the throughput of single solves in Rust, on one thread")
 
 
 if __name__ == "__main__":

@@ -1,23 +1,22 @@
 //! Many poses in one call: detached from the interpreter, on all cores, interruptible.
 //!
-//! Every pose is solved from rest, so that its answer depends neither on its neighbours nor on the number of threads.
+//! Every pose is solved from rest, so that its answer depends neither on its neighbours, save for rounding, nor on the number
+//! of threads.
 
 use crate::command::{Asked, Means, Taken};
 use crate::errors;
 use crate::robot::{Robot, Shared};
-use cppr::analysis::{Shape, sensitivity, shape, stability::stability};
-use cppr::solve::{Command, CommandProblem, Reason, Settings, Status, Workspace, solve};
+use cppr::analysis::{Shape, sensitivity, stability::stability};
+use cppr::solve::{Command, CommandProblem, Poses, Reason, Settings, Solved, Start, Status};
 use cppr::statics::Wrench;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use rayon::prelude::*;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// Poses that one thread takes at a time.
-const BLOCK: usize = 16;
 /// How often signals are looked at and progress is told.
 const PULSE: Duration = Duration::from_millis(50);
 
@@ -67,22 +66,19 @@ impl Job<'_> {
     }
 
     /// One row: status, iterations, energy, tip position and rotation, actuators; then the extras.
-    fn pose(&self, workspace: &mut Workspace, command: &Command, row: &mut [f64]) {
-        row.fill(f64::NAN);
+    fn write(&self, row: &mut [f64], solved: Solved<'_>) {
+        let Solved { equilibrium: found, rotation, centre, workspace } = solved;
         let robot = &self.shared.robot;
-        row[0] = 2.0;
-        let Ok(found) = solve(robot, workspace, command, self.settings) else { return };
-        row[1] = found.statistics.iterations as f64;
         row[0] = match found.status {
             Status::Converged => 0.0,
             Status::Unstable => 1.0,
             Status::NotConverged(Reason::Edges) => 3.0,
-            Status::NotConverged(_) => return,
+            Status::NotConverged(_) => 2.0,
         };
+        row[1] = found.statistics.iterations as f64;
         if !found.status.is_equilibrium() {
             return;
         }
-        let (rotation, centre) = shape::tip_pose(robot, workspace, &found);
         let head = [found.elastic_energy].into_iter().chain(centre.iter().copied());
         let head = head.chain((0..9).map(|i| rotation[(i / 3, i % 3)]));
         let states = || found.actuators.iter();
@@ -100,7 +96,7 @@ impl Job<'_> {
         }
         if self.extras.jacobian {
             let inputs = 2 * found.actuators.len();
-            let own = sensitivity(robot, workspace, &found);
+            let own = sensitivity(robot, workspace, found);
             for i in 0..6 * inputs + 36 {
                 if let (Some(cell), Some(s)) = (cells.next(), &own) {
                     let j = i.checked_sub(6 * inputs);
@@ -112,12 +108,12 @@ impl Job<'_> {
             }
         }
         if self.extras.margin
-            && let (Some(cell), Some(own)) = (cells.next(), stability(robot, workspace, &found))
+            && let (Some(cell), Some(own)) = (cells.next(), stability(robot, workspace, found))
         {
             *cell = own.margin;
         }
         if self.extras.sections > 0 {
-            let shape = Shape::sampled(robot, workspace, &found, self.extras.sections);
+            let shape = Shape::sampled(robot, workspace, found, self.extras.sections);
             for (cell, value) in cells.zip(shape.sections.iter().flat_map(|s| s.centre.iter())) {
                 *cell = *value;
             }
@@ -125,19 +121,28 @@ impl Job<'_> {
     }
 
     fn run(&self, out: &mut [f64], width: usize, done: &AtomicUsize, cancelled: &AtomicBool) {
-        out.par_chunks_mut(width * BLOCK).enumerate().for_each(|(block, rows)| {
-            if cancelled.load(Ordering::Relaxed) {
-                return;
-            }
-            self.shared.with(|_, workspace| {
-                let mut command = self.base.clone();
-                for (i, row) in rows.chunks_mut(width).enumerate() {
-                    self.set(&mut command, block * BLOCK + i);
-                    self.pose(workspace, &command, row);
+        let mut rows: Vec<&mut [f64]> = out.chunks_mut(width).collect();
+        let (robot, settings, base) = (&self.shared.robot, self.settings, self.base);
+        let poses = Poses { robot, settings, base, start: Start::Rest };
+        let _ = cppr_sweep::solve_many(
+            &poses,
+            &mut rows,
+            |pose, command| self.set(command, pose),
+            |_, row, solved| {
+                row.fill(f64::NAN);
+                row[0] = 2.0;
+                // All commands have been checked.
+                if let Ok(solved) = solved {
+                    self.write(row, solved);
                 }
-            });
-            done.fetch_add(rows.len() / width, Ordering::Relaxed);
-        });
+                done.fetch_add(1, Ordering::Relaxed);
+                if cancelled.load(Ordering::Relaxed) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            },
+        );
     }
 }
 

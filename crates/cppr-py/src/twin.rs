@@ -3,10 +3,11 @@
 use crate::command::settings;
 use crate::robot::Robot;
 use cppr::analysis::shape;
-use cppr::solve::{Command, Drive, Workspace, solve};
+use cppr::solve::{Command, Drive, Poses, Start, solve};
+use cppr_sweep::solve_many;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use std::hint::black_box;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Seconds that solving for each pull of tube 2 in turn and reading the tip takes.
@@ -48,19 +49,21 @@ pub fn time_many(
     Ok(py.detach(|| {
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { return f64::NAN };
         let start = Instant::now();
-        let kept: Vec<_> = pool.install(|| {
-            pulls
-                .par_iter()
-                .map_init(Workspace::new, |workspace, &pull| {
-                    let mut command = Command::held(robot);
-                    command.actuators[0].push_pull = Drive::Motion(pull);
-                    let found = solve(robot, workspace, &command, &settings).ok()?;
-                    let tip = shape::tip_pose(robot, workspace, &found);
-                    Some((found.status, tip, found.actuators))
-                })
-                .collect()
+        let mut kept = vec![None; pulls.len()];
+        let flow = pool.install(|| {
+            solve_many(
+                &Poses { robot, settings: &settings, base: &Command::held(robot), start: Start::Rest },
+                &mut kept,
+                |pose, command| command.actuators[0].push_pull = Drive::Motion(pulls[pose]),
+                |_, kept, solved| {
+                    *kept = solved.ok().map(|s| {
+                        (s.equilibrium.status, s.rotation, s.centre, s.equilibrium.actuators.clone())
+                    });
+                    ControlFlow::<()>::Continue(())
+                },
+            )
         });
-        black_box(kept);
+        let _ = black_box((kept, flow));
         start.elapsed().as_secs_f64()
     }))
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Most rows of a chunk. Between the costs of a cold start per chunk and of what an interruption loses.
 const MOST: u64 = 1024;
 /// Chunks that a task is cut into at least, so that the threads share small ones.
-const LEAST_CHUNKS: u64 = 64;
+const LEAST_CHUNKS: u64 = 32;
 /// Fewer rows than this are not worth a chunk.
 const LEAST: u64 = 64;
 

@@ -4,6 +4,8 @@
 //! quasi-random samples, a list). [`run`] solves it chunk by chunk on several threads and hands the chunks over in
 //! order; [`write_file`] journals them, so that nothing that was solved is lost, and assembles CSV, NPZ or Parquet.
 //!
+//! [`solve_many`] solves into memory.
+//!
 //! Every pose is a row, solved or not: columns of numbers in SI units (see [`Task::columns`]), NaN where there is no
 //! equilibrium, and a [`Verdict`]. Rows depend on the task alone, not on threads, interruptions or earlier chunks: every
 //! chunk is solved by a fresh solver, along a path through its grid on which neighbours follow each other.
@@ -49,6 +51,7 @@ mod format;
 mod halton;
 mod journal;
 mod manifest;
+mod many;
 mod run;
 mod solver;
 mod table;
@@ -60,6 +63,7 @@ pub use design::{DesignKeys, KeyProblem};
 pub use file::{FileOptions, FileProblem, Finished, write_file};
 pub use format::Format;
 pub use journal::parts_of;
+pub use many::solve_many;
 pub use run::run;
 pub use table::{Chunk, Column, Verdict};
 pub use task::{MOST_POSES, Plan, Task};

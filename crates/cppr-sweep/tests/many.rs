@@ -1,0 +1,82 @@
+//! Many poses into memory: on other threads, with wrong commands among them, broken off.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use cppr::Vector3;
+use cppr::design::Robot;
+use cppr::solve::{Actuator, Command, Drive, Poses, Settings, Start, Status, Workspace, solve};
+use cppr::{analysis::shape::tip_pose, kinematics::Resolution};
+use cppr_sweep::solve_many;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const COUNT: usize = 1500;
+
+fn robot() -> Robot {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/r1.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    Robot::new(cppr_io::robot_file::parse(&text).unwrap().design).unwrap()
+}
+
+/// Pulled and pushed, by force where a pose is a multiple of 5; impossible where one of 97.
+fn put(pose: usize, command: &mut Command) {
+    let t = pose as f64 / COUNT as f64;
+    let pull = if pose % 97 == 0 { f64::INFINITY } else { 8e-3 * t - 4e-3 };
+    let push_pull = if pose % 5 == 0 { Drive::Effort(1e3 * pull) } else { Drive::Motion(pull) };
+    command.actuators[0] = Actuator { push_pull, rotation: Drive::Motion(t) };
+}
+
+#[test]
+fn poses_are_what_they_are_alone_on_any_number_of_threads() {
+    let robot = robot();
+    let (base, settings) = (Command::held(&robot), Settings::default().with_resolution(Resolution::PAPER));
+    for start in [Start::Rest, Start::Neighbour] {
+        let poses = Poses { robot: &robot, settings: &settings, base: &base, start };
+        let on = |threads| {
+            let mut tips = vec![None; COUNT];
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let flow = pool.install(|| {
+                solve_many(&poses, &mut tips, put, |_, tip, solved| {
+                    *tip = Some(solved.map(|s| (s.equilibrium.status, s.centre)));
+                    ControlFlow::<()>::Continue(())
+                })
+            });
+            assert!(flow.is_continue());
+            tips
+        };
+        let one = on(1);
+        assert!(one == on(2) && one == on(3), "{start:?}");
+        let mut workspace = Workspace::new();
+        for (pose, tip) in one.into_iter().enumerate().filter(|(pose, _)| pose % 3 == 0 || pose % 97 == 0) {
+            let mut command = base.clone();
+            put(pose, &mut command);
+            match (tip.expect("every pose is read"), solve(&robot, &mut workspace, &command, &settings)) {
+                (Ok((status, tip)), Ok(alone)) => {
+                    assert_eq!((status, alone.status), (Status::Converged, Status::Converged), "pose {pose}");
+                    let (_, centre) = tip_pose(&robot, &mut workspace, &alone);
+                    assert!((tip - centre).norm() < 1e-11, "pose {pose}: {}", tip - centre);
+                }
+                (tip, alone) => assert_eq!(tip.unwrap_err(), alone.unwrap_err(), "pose {pose}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn breaking_stops_all_threads() {
+    let robot = robot();
+    let (base, settings) = (Command::held(&robot), Settings::default());
+    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Rest };
+    let read = AtomicUsize::new(0);
+    let mut tips = vec![Vector3::<f64>::zeros(); 1_000_000];
+    let flow = solve_many(&poses, &mut tips, put, |pose, _, _| {
+        if read.fetch_add(1, Ordering::Relaxed) < 10 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(pose)
+        }
+    });
+    assert!(flow.is_break() && read.into_inner() < 10_000);
+    let none: &mut [Vector3<f64>] = &mut [];
+    assert!(solve_many(&poses, none, put, |_, _, _| ControlFlow::Break(())).is_continue());
+}
