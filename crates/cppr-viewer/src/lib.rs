@@ -9,6 +9,7 @@
 //!
 //! Messages of the page are JSON ([`session`]); shapes go back in binary ([`message`]).
 
+mod cloud;
 mod describe;
 mod guard;
 mod live;

@@ -2,12 +2,15 @@
 //!
 //! Every solve starts at the last stable equilibrium, as a robot moves; from rest where the page asks for it.
 
+pub use crate::cloud::{Cloud, Range};
+
+use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::message::{self, SECTIONS};
 use axum::extract::ws::Message;
 use cppr::analysis::{SectionLimit, Shape, Teeth, section_limits, stability::stability};
 use cppr::design::{DesignProblem, Robot};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve_into};
+use cppr::solve::{Equilibrium, Status, Workspace, solve_into};
 use cppr_io::scenario::NotchChange;
 use cppr_io::{Problems, RobotFile, Scenario};
 use serde::{Deserialize, Serialize};
@@ -49,28 +52,6 @@ pub struct Solve {
     /// Start at rest rather than at the last equilibrium.
     #[serde(default)]
     pub from_rest: bool,
-}
-
-/// Tip positions over ranges of the actuators, the rest as in a scenario.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Cloud {
-    /// Loads and how to solve.
-    pub scenario: Scenario,
-    /// Which actuators are moved.
-    pub ranges: Vec<Range>,
-    /// Number of poses.
-    pub count: u32,
-}
-
-/// Ranges of one follower's motions.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct Range {
-    /// Number of the tube.
-    pub tube: usize,
-    /// From and to.
-    pub pull_mm: [f64; 2],
-    /// From and to.
-    pub rotate_deg: [f64; 2],
 }
 
 /// Head of the message that carries a pose.
@@ -145,16 +126,6 @@ struct Model {
     good: Option<Equilibrium>,
 }
 
-/// Poses of a cloud that are still to be solved.
-struct Background {
-    command: Command,
-    settings: Settings,
-    ranges: Vec<Range>,
-    next: u32,
-    count: u32,
-    last: Equilibrium,
-}
-
 /// State of one connection.
 pub struct Session {
     /// The robot with which the program was started.
@@ -163,13 +134,8 @@ pub struct Session {
     start: Option<Scenario>,
     model: Option<Model>,
     workspace: Workspace,
-    background: Option<Background>,
+    background: Option<Remaining>,
 }
-
-/// Poses of a cloud between two looks at what else is to be done.
-const CHUNK: u32 = 24;
-/// Most poses of a cloud.
-const MOST_POSES: u32 = 20_000;
 
 /// Something that is wrong with a message, as a message.
 #[must_use]
@@ -298,62 +264,23 @@ impl Session {
     fn start_cloud(&mut self, cloud: &Cloud, send: Send) -> bool {
         self.background = None;
         let Some(model) = &self.model else { return send(problem("there is no robot")) };
-        let mut command = match cloud.scenario.command(&model.robot) {
-            Ok(command) => command,
-            Err(problems) => return send(problem(&problems.join("\n"))),
-        };
-        let finite = |range: &Range| range.pull_mm.iter().chain(&range.rotate_deg).all(|v| v.is_finite());
-        let known = |range: &Range| (2..command.actuators.len() + 2).contains(&range.tube);
-        if cloud.ranges.is_empty() || !cloud.ranges.iter().all(|r| finite(r) && known(r)) {
-            return send(problem("a workspace needs the ranges of followers of this robot"));
+        match Remaining::new(cloud, &model.robot) {
+            Ok(remaining) => {
+                self.background = Some(remaining);
+                true
+            }
+            Err(text) => send(problem(&text)),
         }
-        for range in &cloud.ranges {
-            command.actuators[range.tube - 2] = Actuator::HELD;
-        }
-        let settings = cloud.scenario.settings();
-        self.background = Some(Background {
-            command,
-            settings,
-            ranges: cloud.ranges.clone(),
-            next: 0,
-            count: cloud.count.min(MOST_POSES),
-            last: Equilibrium::rest(&model.robot, &settings),
-        });
-        true
     }
 
     /// Solves some poses of the cloud; false where the page is gone.
     pub fn background(&mut self, send: Send) -> bool {
-        let (Some(model), Some(work)) = (&self.model, &mut self.background) else { return true };
-        let mut floats = Vec::new();
-        let end = (work.next + CHUNK).min(work.count);
-        for index in work.next..end {
-            for (i, range) in work.ranges.iter().enumerate() {
-                let part = |bounds: [f64; 2], base: usize| {
-                    bounds[0] + (bounds[1] - bounds[0]) * halton(index + 1, PRIMES[base % PRIMES.len()])
-                };
-                work.command.actuators[range.tube - 2] = Actuator {
-                    push_pull: Drive::Motion(part(range.pull_mm, 2 * i) * 1e-3),
-                    rotation: Drive::Motion(part(range.rotate_deg, 2 * i + 1).to_radians()),
-                };
-            }
-            let done =
-                solve_into(&model.robot, &mut self.workspace, &work.command, &work.settings, &mut work.last);
-            if done.is_err() || work.last.status != Status::Converged {
-                work.last = Equilibrium::rest(&model.robot, &work.settings);
-                continue;
-            }
-            let (_, tip) = cppr::analysis::shape::tip_pose(&model.robot, &mut self.workspace, &work.last);
-            #[allow(clippy::cast_possible_truncation, reason = "for drawing")]
-            floats.extend(tip.iter().map(|v| (v * 1e3) as f32));
-        }
-        work.next = end;
-        let done = end >= work.count;
-        let head = json!({"kind": "cloud", "done": done, "solved": end, "count": work.count});
-        if done {
+        let (Some(model), Some(remaining)) = (&self.model, &mut self.background) else { return true };
+        let message = remaining.some(&model.robot, &mut self.workspace);
+        if remaining.is_empty() {
             self.background = None;
         }
-        send(Message::Binary(message::encode(&head, &floats).into()))
+        send(Message::Binary(message.into()))
     }
 }
 
@@ -421,18 +348,4 @@ impl Pose {
 
 fn refused_file(name: &str, problems: &[String]) -> Message {
     text(&json!({"kind": "bad_file", "name": name, "problems": problems}))
-}
-
-/// Bases of the Halton sequence.
-const PRIMES: [u32; 10] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29];
-
-/// The digits of `index` mirrored at the point: evenly spread over (0, 1) whatever the count.
-fn halton(mut index: u32, base: u32) -> f64 {
-    let (mut value, mut digit) = (0.0, 1.0);
-    while index > 0 {
-        digit /= f64::from(base);
-        value += digit * f64::from(index % base);
-        index /= base;
-    }
-    value
 }

@@ -1,4 +1,4 @@
-// Measures the live page in a headless browser. Run: node measure.js [ROBOT...]
+// Measures the live page in a headless browser. Run: node measure.js [ROBOT...], files seen from the root of the repository.
 //
 // First as a hand moves a slider: one change with every picture of the screen, as the browser hands out a mouse's motion. Then as fast as
 // it goes: the next change when the last one's shape is there. Times run from the change: until its shape is decoded and handed to the

@@ -36,6 +36,8 @@ const flat = () =>
     depthWrite: false,
   });
 
+/** Time for shapes that wait to be taken in (ms). */
+const TAKE = 2;
 /** After so long without a change the robot is at rest (ms). */
 const REST = 250;
 
@@ -303,11 +305,13 @@ export class Stage {
     if (!this.#queued) return;
     this.#drawMoving();
     this.#drawn = true;
-    // The screen takes the picture at the end of its next frame. Another one before that would be drawn for nothing.
-    requestAnimationFrame(() => setTimeout(() => {
+    // The screen takes the picture at the end of its next frame: another one before that would be drawn for nothing. A renderer
+    // without a graphics card keeps the page waiting for that; shapes that came meanwhile are taken in before the next picture.
+    const open = () => {
       this.#drawn = false;
       this.#next();
-    }));
+    };
+    requestAnimationFrame(() => setTimeout(() => setTimeout(open, TAKE)));
   }
 
   #drawMoving() {
@@ -339,8 +343,10 @@ export class Stage {
       this.pace.watch();
     } else {
       this.renderer.render(this.scene, this.camera);
-      // Drawn while the page does something else, not when the screen asks for it.
-      this.renderer.getContext().flush();
+      // Drawn while the page does something else, not when the screen asks for it: some drivers begin at a fence only.
+      const gl = this.renderer.getContext();
+      gl.deleteSync(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
+      gl.flush();
     }
   }
 }
