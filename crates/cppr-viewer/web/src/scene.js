@@ -47,6 +47,8 @@ export class Stage {
   lines = [];
   show = { tubes: true, lines: true, frames: false, trace: false, cloud: true, grid: true, glass: false };
   theme = "light";
+  /** Of the picture (px). */
+  height = 1;
   #queued = false;
   /** Does a picture wait for the screen to take it? */
   #drawn = false;
@@ -289,6 +291,8 @@ export class Stage {
     const { clientWidth: w, clientHeight: h } = this.host;
     if (w === 0 || h === 0) return;
     this.renderer.setSize(w, h);
+    // Noted, because asking the canvas for it would lay out the page anew.
+    this.height = h;
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
     this.#drawMoving();
@@ -332,7 +336,7 @@ export class Stage {
     if (!this.#bent) this.#shape();
     this.before?.();
     for (const tube of this.tubes) tube.detail(smooth);
-    for (const line of this.lines) line.face(this.camera, this.canvas.clientHeight);
+    for (const line of this.lines) line.face(this.camera, this.height);
     this.key.position.copy(this.camera.position);
     this.key.position.addScaledVector(new Vector3(0.25, 0.3, 0.9), this.camera.position.distanceTo(this.controls.target));
     this.key.target.position.copy(this.controls.target);
