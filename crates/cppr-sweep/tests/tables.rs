@@ -126,9 +126,10 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
 #[test]
 fn every_row_is_what_it_is_alone() {
     let samples = Task { plan: Plan::Samples { count: 300, seed: 5 }, ..grid() };
-    let sideways = range(Variable::Force { wrench: 0, component: 1 }, -1.0, 1.0, 5);
-    let along = range(Variable::Force { wrench: 0, component: 0 }, -60.0, 0.0, 25);
-    let unstable = task("childs2.toml", vec![sideways, along]);
+    // Straight: across there are several stable equilibria.
+    let along = range(Variable::Force { wrench: 0, component: 0 }, -60.0, 0.0, 49);
+    let mut unstable = task("childs2.toml", vec![along]);
+    unstable.base.loads.wrenches[0].force = Vector3::zeros();
     let torque = Input { tube: 2, freedom: Freedom::Rotation, is_motion: false };
     let twisted =
         Axis { variable: Variable::Actuator(torque), values: Values::Range { from: 0.0, to: 1e3, count: 2 } };
@@ -172,7 +173,7 @@ fn every_row_is_what_it_is_alone() {
         }
     }
     let [converged, unstable, path_ends, _, _, invalid] = counts;
-    assert!(converged > 300 && unstable > 50 && path_ends > 10 && invalid > 10, "{counts:?}");
+    assert!(converged > 300 && unstable > 20 && path_ends > 10 && invalid > 10, "{counts:?}");
 }
 
 #[test]
