@@ -2,7 +2,7 @@
 // once for every picture of the screen. Millimetres; +Z is up.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
   ShaderMaterial, SphereGeometry, Vector3, Vector4, WebGLRenderer,
 } from "three";
