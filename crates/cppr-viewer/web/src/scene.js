@@ -52,6 +52,8 @@ export class Stage {
   #queued = false;
   /** Does a picture wait for the screen to take it? */
   #drawn = false;
+  /** Of the pictures drawn for the screen. */
+  #count = 0;
   #bent = true;
   #resting = null;
 
@@ -310,12 +312,18 @@ export class Stage {
     this.#drawMoving();
     this.#drawn = true;
     // The screen takes the picture at the end of its next frame: another one before that would be drawn for nothing. A renderer
-    // without a graphics card keeps the page waiting for that; shapes that came meanwhile are taken in before the next picture.
+    // without a graphics card keeps the page waiting for that; shapes that came meanwhile are taken in before the next picture,
+    // unless the frame after it is there already.
+    const own = ++this.#count;
     const open = () => {
+      if (own !== this.#count || !this.#drawn) return;
       this.#drawn = false;
       this.#next();
     };
-    requestAnimationFrame(() => setTimeout(() => setTimeout(open, TAKE)));
+    requestAnimationFrame(() => {
+      setTimeout(() => setTimeout(open, TAKE));
+      requestAnimationFrame(open);
+    });
   }
 
   #drawMoving() {
