@@ -89,9 +89,7 @@ fn a_push_goes_through_the_plate_and_past_loads() {
             assert!((place / MM + label).abs() < 0.2, "{places:?}");
         }
         assert!(branch.points.iter().all(|p| p.inertia == Some(0)));
-        // Close to a load the solver does not find the order of edge and load by itself.
-        let alone = |p: &&PathPoint| places[1..].iter().all(|place| (p.parameter - place).abs() > 0.5 * MM);
-        each_is_an_equilibrium(&robot, branch.points.iter().filter(alone).step_by(15).cloned());
+        each_is_an_equilibrium(&robot, branch.points.iter().step_by(3).cloned());
     }
 }
 

@@ -383,18 +383,31 @@ impl Layout {
     }
 
     /// Puts the fields into another layout of the same robot: the best approximation, element by element. The
-    /// places of the target's edges are given in `result`.
+    /// places of the target's edges are given in `result`. Fields jump at edges, and move with them: labels in between are
+    /// stretched.
     pub fn transfer(&self, coordinates: &[f64], target: &Self, result: &mut [f64]) {
         if coordinates.iter().all(|&c| c == 0.0) {
             return;
         }
         let mut values = vec![0.0; target.rules[0].n];
+        let mut anchors = vec![(0.0, 0.0), (self.length, self.length)];
+        for (i, follower) in target.edges.iter().enumerate() {
+            if let Some(own) = self.edges.iter().position(|f| f == follower) {
+                anchors.push((result[i], coordinates[own]));
+            }
+        }
+        anchors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let stretched = |label: f64| {
+            let next = anchors.partition_point(|a| a.0 < label).clamp(1, anchors.len() - 1);
+            let [(from, to), (after, beyond)] = [anchors[next - 1], anchors[next]];
+            if after > from { to + (label - from) / (after - from) * (beyond - to) } else { to }
+        };
         for element in &target.elements {
             let rule = &target.rules[element.rule];
             let (a, _) = Self::label(element.start, result);
             let (b, _) = Self::label(element.end, result);
             for (i, (&x, &weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
-                let (e, local) = self.locate(coordinates, a + x * (b - a));
+                let (e, local) = self.locate(coordinates, stretched(a + x * (b - a)));
                 for (field, &(first, count)) in element.modes.iter().enumerate() {
                     let value = self.field(coordinates, e, local, field, &mut values);
                     for m in 0..count {

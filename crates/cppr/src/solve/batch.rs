@@ -6,8 +6,9 @@
 //! on its neighbours.
 
 use super::command::{Command, CommandProblem, Drive, Formulation, Settings};
+use super::edges::{carried, edge_estimate, has_edge};
 use super::newton::{LONGEST, Point, System, Workspace, add_step};
-use super::path::{carried, edge_estimate, has_edge, hold_locked, solve_into};
+use super::path::{hold_locked, solve_into};
 use super::{Actuator, Equilibrium, Statistics, Status};
 use crate::analysis::shape::tip_pose;
 use crate::design::Robot;

@@ -5,7 +5,8 @@
 //! pose depends on the list of poses alone.
 
 use super::batch::{Batch, LEAST, Tip, WIDTH, goes_side_by_side, same_kind, solve_batch};
-use super::path::{has_edge, solve};
+use super::edges::has_edge;
+use super::path::solve;
 use super::{Command, CommandProblem, Equilibrium, Settings, Status, Workspace};
 use crate::analysis::shape::tip_pose;
 use crate::design::Robot;

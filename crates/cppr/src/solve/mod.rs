@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod command;
+pub(crate) mod edges;
 pub mod march;
 pub(crate) mod newton;
 pub(crate) mod path;

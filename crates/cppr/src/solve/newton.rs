@@ -120,6 +120,7 @@ pub struct Workspace<S: Real = f64> {
     trial: Point<S>,
     /// Where an attempt starts, and scratch for its drives.
     pub(crate) start: Point<S>,
+    pub(crate) edge_ratios: Vec<f64>,
     pub(crate) drives: Vec<Actuator>,
     pub(crate) layouts: Layouts,
     /// Newton steps taken since the workspace was made.

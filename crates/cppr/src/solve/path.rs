@@ -5,7 +5,8 @@
 //! known beforehand that there is one; for a prescribed force it turns out in the solve.
 
 use super::command::{Actuator, Command, CommandProblem, Drive, Settings};
-use super::newton::{Failure, Point, System, Workspace};
+use super::edges::{LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge};
+use super::newton::{Failure, System, Workspace};
 use super::{Equilibrium, Reason, Statistics, Status};
 use crate::analysis::stability;
 use crate::design::Robot;
@@ -93,31 +94,6 @@ pub(crate) fn settle(
     equilibrium.command.copy(command);
 }
 
-/// A point carried over to another layout whose edges lie at `label(follower)` (m; 0 is the first follower).
-pub(crate) fn carried(from: &Point, old: &Layout, new: &Layout, label: impl Fn(usize) -> f64) -> Point {
-    let mut point = Point::rest(new);
-    point.efforts.tension.copy_from_slice(&from.efforts.tension);
-    point.efforts.torque.copy_from_slice(&from.efforts.torque);
-    for (i, follower) in new.edges.iter().enumerate() {
-        point.coordinates[i] = label(follower - 1);
-        if let Some(place) = old.edges.iter().position(|f| f == follower) {
-            point.efforts.edge[i] = from.efforts.edge[place];
-        }
-    }
-    old.transfer(&from.coordinates, new, &mut point.coordinates);
-    point
-}
-
-/// Does a follower (0 is the first) that stands at Δa (m) bring another part into the robot?
-pub(super) fn has_edge(robot: &Robot, follower: usize, motion: f64) -> bool {
-    motion < -LEAST_EDGE * robot.length() && !robot.fields[follower + 1].smooth_at_plate()
-}
-
-/// Where the edge of a follower at Δa is expected: it has moved by its label, nearly.
-pub(super) fn edge_estimate(motion: f64, length: f64) -> f64 {
-    (-motion).clamp(1e-3 * length, 0.9 * length)
-}
-
 /// Locked angles need no holding; a condition on them would be empty.
 pub(super) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
     if settings.resolution.angle == 0 {
@@ -136,10 +112,7 @@ struct Finder<'a> {
     known: bool,
 }
 
-/// Edges shorter than this part of L are not resolved: the follower stands at the plate.
-pub(crate) const LEAST_EDGE: f64 = 1e-9;
-
-/// What an attempt starts at; its point is `workspace.start`.
+/// What an attempt starts at; its point is `workspace.start`, and where its edges lie `workspace.edge_ratios`.
 struct Start {
     layout: Arc<Layout>,
 }
@@ -147,8 +120,7 @@ struct Start {
 impl Finder<'_> {
     /// One attempt at the whole command, starting at `equilibrium` and ending in it.
     fn attempt(&mut self, command: &Command, equilibrium: &mut Equilibrium) {
-        self.workspace.start.copy(&equilibrium.point);
-        let start = Start { layout: Arc::clone(&equilibrium.layout) };
+        let mut start = self.start_at(equilibrium);
         // One bit per follower: has it an edge inside?
         let mut edges = 0_u64;
         for (f, actuator) in command.actuators.iter().enumerate() {
@@ -163,10 +135,18 @@ impl Finder<'_> {
         hold_locked(drives, self.settings);
         self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
         std::mem::swap(drives, &mut equilibrium.drives);
-        // Each prescribed force settles its edge in at most two turns; a third finds it between both.
-        for _ in 0..3 * command.actuators.len().max(1) {
+        // Each prescribed force settles its edge in at most two turns; a third finds it between both, a fourth at the plate.
+        for _ in 0..4 * command.actuators.len().max(1) {
             self.on_edges(command, &start, edges, equilibrium);
-            let Some(f) = self.wrong_edge(edges, equilibrium) else {
+            if let Some(f) = self.wrong_edge(edges, equilibrium) {
+                if edges >> f & 1 == 1 {
+                    // Neither inside nor outside, it seems: the force lies in the jump, and the edge stays at the plate.
+                    equilibrium.drives[f].push_pull = Drive::Motion(0.0);
+                }
+                edges ^= 1 << f;
+                continue;
+            }
+            let Some((f, left)) = self.leaves_plate(command, equilibrium) else {
                 // A follower that stands at the plate leaves the rest of its force to the jump there.
                 for (state, actuator) in equilibrium.actuators.iter_mut().zip(&command.actuators) {
                     if let Drive::Effort(force) = actuator.push_pull {
@@ -175,13 +155,22 @@ impl Finder<'_> {
                 }
                 return;
             };
-            if edges >> f & 1 == 1 {
-                // Neither inside nor outside: the force lies in the jump, and the edge stays at the plate.
-                equilibrium.drives[f].push_pull = Drive::Motion(0.0);
-            }
-            edges ^= 1 << f;
+            // Near the plate Newton's method does not find the edge by itself: it goes on from there.
+            edges ^= u64::from(left.layout.edges.contains(&(f + 1))) << f;
+            start = self.start_at(&left);
+            equilibrium.actuators.clone_from(&left.actuators);
+            equilibrium.drives[f].push_pull = command.actuators[f].push_pull;
         }
         equilibrium.status = Status::NotConverged(Reason::Edges);
+    }
+
+    fn start_at(&mut self, equilibrium: &Equilibrium) -> Start {
+        self.workspace.start.copy(&equilibrium.point);
+        self.workspace.edge_ratios.clear();
+        self.workspace
+            .edge_ratios
+            .extend((0..equilibrium.actuators.len()).map(|f| edge_ratio(equilibrium, f)));
+        Start { layout: Arc::clone(&equilibrium.layout) }
     }
 
     /// The first follower driven by force whose edge is not where the layout says.
@@ -197,20 +186,80 @@ impl Finder<'_> {
         })
     }
 
+    /// The first follower that stands at the plate although its force would move it, and where it begins to move.
+    fn leaves_plate(&mut self, command: &Command, result: &Equilibrium) -> Option<(usize, Equilibrium)> {
+        if !result.status.is_equilibrium() {
+            return None;
+        }
+        (0..result.drives.len()).find_map(|f| {
+            if command.actuators[f].push_pull.is_motion() || !result.drives[f].push_pull.is_motion() {
+                return None;
+            }
+            let mut standing = result.clone();
+            standing.command.copy(command);
+            let depth = 2.0 * LEAST_EDGE * self.robot.length();
+            [Side::Outside, Side::Inside].into_iter().find_map(|side| {
+                let (excess, left) = excess_at_plate(self.robot, self.workspace, &standing, f, side, depth)?;
+                (excess > 0.0).then_some((f, left))
+            })
+        })
+    }
+
     fn on_edges(&mut self, command: &Command, start: &Start, edges: u64, result: &mut Equilibrium) {
-        let (robot, settings) = (self.robot, self.settings);
-        let length = robot.length();
-        // Where an edge is expected: the follower has moved by its label, nearly.
+        let (robot, settings, length) = (self.robot, self.settings, self.robot.length());
+        // Edges that were not found where they were expected, and where they are looked for instead.
+        let mut moved: Vec<(usize, f64)> = Vec::new();
+        let (outcome, stable) = loop {
+            let known = self.begin(command, start, edges, &moved, result);
+            let system = System {
+                robot,
+                layout: &result.layout,
+                loads: Each::same(&command.loads),
+                knob: command.knob,
+                actuators: Each::same(&result.drives),
+                formulation: settings.formulation,
+            };
+            let mut outcome = self.workspace.newton(&system, settings, &mut result.point, known);
+            let stable = outcome.is_ok() && stability::is_stable(self.workspace, &system);
+            if stable {
+                break (outcome, true);
+            }
+            let tight = Tight::of(&result.layout, &result.point);
+            if tight.as_ref().is_some_and(|t| t.is_kink(&result.drives, length)) {
+                outcome = Err(Failure::Singular);
+            }
+            match tight.and_then(|t| t.passed(length, moved.len())) {
+                Some(passed) if outcome.is_err() => moved.push(passed),
+                _ => break (outcome, false),
+            }
+        };
+        self.conclude(result, outcome, stable);
+    }
+
+    /// Lays out an attempt and puts the start there. Has the workspace just evaluated it?
+    fn begin(
+        &mut self,
+        command: &Command,
+        start: &Start,
+        edges: u64,
+        moved: &[(usize, f64)],
+        result: &mut Equilibrium,
+    ) -> bool {
+        let (robot, length) = (self.robot, self.robot.length());
+        let ratios = &self.workspace.edge_ratios;
         let estimate = |f: usize| {
             let motion = match result.drives[f].push_pull {
                 Drive::Motion(motion) => motion,
                 Drive::Effort(_) => result.actuators[f].motion,
             };
-            edge_estimate(motion, length)
+            let other = moved.iter().rev().find(|(follower, _)| *follower == f);
+            let ratio = ratios[f];
+            other.map_or_else(|| edge_estimate(ratio * motion, length), |&(_, place)| place)
         };
         let inside = (0..command.actuators.len()).filter(|&f| edges >> f & 1 == 1);
         let cuts = command.loads.cuts().map(Cut::fixed).chain(inside.map(|f| Cut::edge(f + 1, estimate(f))));
-        let layout = self.workspace.layouts.get(robot.tube_count(), length, settings.resolution, cuts);
+        let resolution = self.settings.resolution;
+        let layout = self.workspace.layouts.get(robot.tube_count(), length, resolution, cuts);
         let from = &self.workspace.start;
         let same = Arc::ptr_eq(&layout, &start.layout);
         // What the workspace has seen is a good start as it is; elsewhere edges jump to where they will be.
@@ -233,18 +282,8 @@ impl Finder<'_> {
                 result.point.efforts.torque[f] = torque;
             }
         }
-        let system = System {
-            robot,
-            layout: &layout,
-            loads: Each::same(&command.loads),
-            knob: command.knob,
-            actuators: Each::same(&result.drives),
-            formulation: settings.formulation,
-        };
-        let outcome = self.workspace.newton(&system, settings, &mut result.point, known);
-        let stable = outcome.is_ok() && stability::is_stable(self.workspace, &system);
         result.layout = layout;
-        self.conclude(result, outcome, stable);
+        known
     }
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {

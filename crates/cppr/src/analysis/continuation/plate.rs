@@ -9,17 +9,11 @@ use super::events::enclose;
 use super::track::{Tracer, beyond};
 use super::{End, PointKind};
 use crate::kinematics::layout::{Cut, Joint, Layout};
+use crate::solve::Equilibrium;
+use crate::solve::edges::{LEAST_EDGE, Side, carried, excess_at_plate};
 use crate::solve::newton::Scale;
-use crate::solve::path::{LEAST_EDGE, carried, settle};
-use crate::solve::{Drive, Equilibrium};
+use crate::solve::path::settle;
 use std::sync::Arc;
-
-/// Where a follower goes that leaves the plate: its pattern out, or the part from below in.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
-    Outside,
-    Inside,
-}
 
 /// What an edge meets.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -265,23 +259,11 @@ impl Tracer<'_> {
         Ok(if next.stage.layout.edges.is_empty() { next } else { self.remeshed(next) })
     }
 
-    /// By how much the force on a follower that stands at the plate exceeds, towards one side, what holds it there: its
-    /// tension at Δa = 0⁺ or 0⁻. With it the equilibrium on that side at this tension.
+    /// [`excess_at_plate`] at a node.
     fn rest_of_force(&mut self, node: &Node, follower: usize, side: Side) -> Option<(f64, Equilibrium)> {
-        let mut found = node.point.equilibrium.clone();
-        let mut command = found.command.clone();
-        let told = command.actuators[follower].push_pull.value();
-        if side == Side::Outside {
-            return Some((told - node.place.point.efforts.tension[follower], found));
-        }
-        for (f, actuator) in command.actuators.iter_mut().enumerate() {
-            if node.stage.standing >> f & 1 == 1 {
-                let motion = if f == follower { -BEHIND[0] * self.solver.robot.length() } else { 0.0 };
-                actuator.push_pull = Drive::Motion(motion);
-            }
-        }
-        settle(self.solver.robot, self.solver.workspace, &command, &self.tracing.settings, &mut found);
-        found.status.is_equilibrium().then(|| (found.actuators[follower].tension - told, found))
+        let (robot, standing) = (self.solver.robot, &node.point.equilibrium);
+        let depth = BEHIND[0] * robot.length();
+        excess_at_plate(robot, self.solver.workspace, standing, follower, side, depth)
     }
 
     /// The first node of a follower that leaves the plate to a side.

@@ -5,7 +5,8 @@ use super::events::{Between, SEPARATE, Test};
 use super::plate::Room;
 use super::{End, PathPoint, PointKind, Tracing};
 use crate::dense::dot;
-use crate::solve::{Drive, Equilibrium};
+use crate::solve::Equilibrium;
+use crate::solve::edges::stands;
 use std::sync::Arc;
 
 /// What has been traced of one branch.
@@ -51,11 +52,7 @@ impl<'a> Tracer<'a> {
 
     /// Stage and place of an equilibrium that the solver found.
     pub fn standing_of(found: &Equilibrium, fraction: f64) -> (Stage, Place) {
-        let mut standing = 0;
-        for (f, (drive, told)) in found.drives.iter().zip(&found.command.actuators).enumerate() {
-            let stands = matches!((drive.push_pull, told.push_pull), (Drive::Motion(_), Drive::Effort(_)));
-            standing |= u64::from(stands) << f;
-        }
+        let standing = (0..found.drives.len()).fold(0, |bits, f| bits | u64::from(stands(found, f)) << f);
         let stage = Stage { layout: Arc::clone(&found.layout), standing };
         (stage, Place { point: found.point.clone(), fraction })
     }

@@ -1,0 +1,158 @@
+//! Edges where solves are delicate: at the plate, under a force that hardly moves the follower, and beside loads.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{converged, prototype, robot};
+use cppr::Vector3;
+use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, Robot, Torsion, TubeDesign};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_into};
+use cppr::statics::{Loads, Station, Wrench};
+use std::f64::consts::TAU;
+
+const MM: f64 = 1e-3;
+
+fn prototypes() -> impl Iterator<Item = (&'static str, Robot)> {
+    [("R1", 1.27), ("R2", 1.27), ("R3", 1.32), ("R4", 1.06)]
+        .into_iter()
+        .map(|(name, factor)| (name, prototype(name, factor, BelowPlate::Plain)))
+}
+
+fn forces(tensions: &[f64], loads: &Loads) -> Command {
+    let pushed = |&force| Actuator { push_pull: Drive::Effort(force), ..Actuator::HELD };
+    Command { actuators: tensions.iter().map(pushed).collect(), ..Command::pull(&[]) }
+        .with_loads(loads.clone())
+}
+
+/// Three tubes whose followers bring their uncut parts in.
+fn three() -> Robot {
+    let tube = |radii: [f64; 2], depth: f64, direction: f64| {
+        TubeDesign::Notched(NotchedTube {
+            outline: Outline::Round { outer_radius: radii[0] * MM, inner_radius: radii[1] * MM },
+            depth: Profile::constant(depth * MM),
+            direction: Profile::constant(direction),
+            material: Material {
+                youngs_modulus: 5e9,
+                poissons_ratio: 0.35,
+                density: 1240.0,
+                allowable_strain: None,
+            },
+            torsion: Torsion::SaintVenant,
+            below: BelowPlate::Plain,
+            centroid_offset_factor: 1.0,
+            pattern: None,
+        })
+    };
+    let tubes = vec![
+        tube([4.5, 3.7], 7.2, 0.0),
+        tube([3.2, 2.4], 4.95, TAU / 3.0),
+        tube([1.9, 1.1], 2.7, -TAU / 3.0),
+    ];
+    robot(0.15, tubes)
+}
+
+/// Motion by force is the inverse of force by motion, however little the follower moves; between the tensions at
+/// Δa = 0⁺ and 0⁻ it stands.
+#[test]
+fn the_least_push_beyond_what_the_plate_bears_moves_the_follower() {
+    let mut workspace = Workspace::new();
+    let settings = Settings::default();
+    for (name, robot) in prototypes() {
+        for force in
+            [Vector3::new(0.0, 0.2, 0.0), Vector3::new(0.0, -0.2, 0.05), Vector3::new(0.05, 0.0, 0.1)]
+        {
+            let loads = Loads::tip_force(force);
+            let mut held = |motion: f64| {
+                let command = Command::pull(&[motion]).with_loads(loads.clone());
+                converged(&robot, &mut workspace, &command, &settings).actuators[0].tension
+            };
+            let motions = [-1e-7, -1e-6, -1e-5, -1e-4, -3e-4, 1e-7, 1e-5].map(|part| part * robot.length());
+            let tensions = motions.map(&mut held);
+            let [low, high] = [-2e-9, 2e-9].map(|part| held(part * robot.length()));
+            assert!(high - low > 1e-4, "{name} {force:?}: the plate bears nothing, {low} {high}");
+            for (motion, tension) in motions.into_iter().zip(tensions) {
+                let found = converged(&robot, &mut workspace, &forces(&[tension], &loads), &settings);
+                let error = found.actuators[0].motion - motion;
+                assert!(error.abs() < 1e-9 * robot.length(), "{name} {force:?}: {motion} + {error}");
+            }
+            for share in [1e-3, 0.5, 0.999] {
+                let tension = low + share * (high - low);
+                let found = converged(&robot, &mut workspace, &forces(&[tension], &loads), &settings);
+                assert!(found.actuators[0].motion.abs() < 1e-12, "{name} {force:?}: {share}");
+                assert!((found.actuators[0].tension - tension).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+/// The same for two followers, driven by force both.
+#[test]
+fn two_followers_leave_the_plate_by_force() {
+    let robot = three();
+    let mut workspace = Workspace::new();
+    let settings = Settings::default();
+    let loads = Loads::tip_force(Vector3::new(0.0, 0.3, -0.2));
+    for motions in [[-1e-6, -1e-5], [-1e-5, 1e-4], [2e-5, -3e-6], [-2e-4, -1e-6], [-1e-4, -9e-5]] {
+        let command = Command::pull(&motions).with_loads(loads.clone());
+        let held = converged(&robot, &mut workspace, &command, &settings);
+        let tensions: Vec<f64> = held.actuators.iter().map(|a| a.tension).collect();
+        let found = converged(&robot, &mut workspace, &forces(&tensions, &loads), &settings);
+        for (actuator, motion) in found.actuators.iter().zip(motions) {
+            assert!((actuator.motion - motion).abs() < 1e-9 * robot.length(), "{motions:?}: {actuator:?}");
+        }
+    }
+}
+
+fn at(label: f64, force: [f64; 3]) -> Wrench {
+    Wrench { station: Station::Label(label * MM), ..Wrench::tip_force(force.into()) }
+}
+
+/// Edges close to loads, on either side and on top of them: cold as warm, and the tension goes on evenly.
+#[test]
+fn an_edge_passes_loads() {
+    let settings = Settings::default();
+    for (name, robot) in prototypes() {
+        for wrenches in [
+            [at(10.0, [0.0, 0.1, 0.0]), at(20.0, [0.0, 0.0, 0.1])],
+            [at(10.0, [0.0, -0.3, 0.0]), at(20.0, [0.0, 0.2, 0.1])],
+            [at(19.95, [0.0, -0.3, 0.0]), at(20.0, [0.0, 0.2, 0.1])],
+        ] {
+            let loads = Loads { wrenches: wrenches.to_vec(), ..Loads::none() };
+            let mut workspace = Workspace::new();
+            let mut warm = Equilibrium::rest(&robot, &settings);
+            let tensions: Vec<f64> = (0..35)
+                .map(|i| {
+                    let command =
+                        Command::pull(&[-(19.85 + 0.02 * f64::from(i)) * MM]).with_loads(loads.clone());
+                    let found = converged(&robot, &mut workspace, &command, &settings).actuators[0].tension;
+                    solve_into(&robot, &mut workspace, &command, &settings, &mut warm).unwrap();
+                    assert_eq!(warm.status, Status::Converged);
+                    assert!((found - warm.actuators[0].tension).abs() < 1e-8, "{name} {command:?}");
+                    found
+                })
+                .collect();
+            let mean = (tensions[34] - tensions[0]) / 34.0;
+            for pair in tensions.windows(2) {
+                assert!(((pair[1] - pair[0]) / mean - 1.0).abs() < 0.2, "{name} {pair:?} {mean}");
+            }
+        }
+    }
+}
+
+/// Two edges and loads in any order.
+#[test]
+fn edges_pass_each_other_and_loads() {
+    let robot = three();
+    let settings = Settings::default();
+    let wrenches = vec![at(1.0, [0.0, -0.3, 0.0]), at(1.5, [0.0, 0.2, 0.1])];
+    let loads = Loads { wrenches, ..Loads::none() };
+    let mut workspace = Workspace::new();
+    for i in 0..12 {
+        for j in 0..12 {
+            let motions = [i, j].map(|k| -(0.8 + 0.07 * f64::from(k)) * MM);
+            let found =
+                solve(&robot, &mut workspace, &Command::pull(&motions).with_loads(loads.clone()), &settings);
+            assert_eq!(found.unwrap().status, Status::Converged, "{motions:?}");
+        }
+    }
+}
