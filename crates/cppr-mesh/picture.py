@@ -22,8 +22,11 @@ def aim(width, centre):
 
 
 def scale_bar(start):
-    """10 mm long."""
+    """10 mm long, with its length below."""
     plotter.add_mesh(pyvista.Line(start, (start[0] + 10, *start[1:])), color="black", line_width=3)
+    label = {"shape": None, "show_points": False, "always_visible": True, "font_size": 22, "text_color": "black"}
+    below = (start[0] + 5, start[1] - 1, start[2])
+    plotter.add_point_labels([below], ["10 mm"], justification_horizontal="center", justification_vertical="top", **label)
 
 
 plotter.subplot(0, 0)
