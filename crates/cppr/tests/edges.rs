@@ -156,3 +156,25 @@ fn edges_pass_each_other_and_loads() {
         }
     }
 }
+
+/// Commands whose equilibrium in one go is unstable: in steps the robot comes to a stable one, and so does a solve.
+#[test]
+fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
+    let robot = three();
+    let settings = Settings::default();
+    let mut workspace = Workspace::new();
+    for (pulls, turns, force) in [
+        ([0.64, -0.83], [1.56, -1.22], [-0.275, -0.404, 0.311]),
+        ([0.94, -0.70], [1.06, -1.47], [0.259, -0.084, 0.452]),
+        ([0.45, -0.92], [2.39, -1.37], [-0.469, -0.089, -0.450]),
+        ([-0.53, 0.45], [2.27, -1.06], [0.280, 0.161, 0.099]),
+        ([-0.65, 0.87], [0.98, -1.69], [-0.395, -0.124, 0.079]),
+    ] {
+        let mut command =
+            Command::pull(&pulls.map(|pull| pull * MM)).with_loads(Loads::tip_force(force.into()));
+        for (actuator, turn) in command.actuators.iter_mut().zip(turns) {
+            actuator.rotation = Drive::Motion(turn);
+        }
+        converged(&robot, &mut workspace, &command, &settings);
+    }
+}

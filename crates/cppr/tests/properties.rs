@@ -214,7 +214,9 @@ fn prescribed_efforts_lead_back_to_the_prescribed_motion() {
             })
             .collect();
         let pulled = Command { actuators, ..command.clone() };
-        let found = solve(&robot, &mut workspace, &pulled, &Settings::default()).unwrap();
+        // Under efforts it may be unstable: from rest, another one is found then.
+        let near = converged(&robot, &mut workspace, &command.scaled(0.9), &Settings::default());
+        let found = solve_from(&robot, &mut workspace, &pulled, &Settings::default(), &near).unwrap();
         assert!(found.status.is_equilibrium());
         for (a, b) in moved.actuators.iter().zip(&found.actuators) {
             assert!((a.motion - b.motion).abs() < 1e-9 * 0.15, "seed {seed}: {} {}", a.motion, b.motion);

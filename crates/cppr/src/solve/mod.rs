@@ -28,7 +28,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub enum Status {
     /// An equilibrium, and a minimum of the energy under the prescribed motions.
     Converged,
-    /// An equilibrium that the robot leaves at the slightest disturbance.
+    /// An equilibrium that the robot leaves at the slightest disturbance. From rest, no stable one was found in steps either:
+    /// the path loses its stability on the way, or the robot would leave its plane to either side.
     Unstable,
     /// No equilibrium was found; the state is the last iterate and means nothing.
     NotConverged(Reason),

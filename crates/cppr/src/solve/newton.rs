@@ -17,6 +17,7 @@ use crate::kinematics::state::{Infeasible, State};
 use crate::real::{Each, Real};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
 use crate::statics::{Loads, RotationKnob, printed};
+use num_traits::Zero;
 
 /// Why Newton's method stopped without an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +61,11 @@ impl<S: Real> Point<S> {
         let efforts =
             Efforts { tension: zeros(followers), torque: zeros(followers), edge: zeros(layout.edges.len()) };
         Self { coordinates: zeros(layout.unknowns()), efforts }
+    }
+
+    /// Is this the robot at rest?
+    pub fn is_rest(&self) -> bool {
+        self.coordinates.iter().all(Zero::is_zero)
     }
 
     /// Copies without giving memory back.

@@ -14,7 +14,12 @@ use crate::kinematics::layout::{Cut, Layout};
 use crate::real::Each;
 use std::sync::Arc;
 
-/// Solves for the equilibrium under a command, from rest.
+/// Solves for the equilibrium under a command, from rest: in one go, and where that ends nowhere or at an unstable
+/// equilibrium, in steps. A stable equilibrium on the way of the steps goes before an unstable one; not in a robot that
+/// leaves its plane by buckling, to either side alike.
+///
+/// A command may have several stable equilibria; [`crate::analysis::continuation`] finds the one that the robot reaches
+/// while the command grows, and the others.
 ///
 /// # Errors
 /// Where the command cannot be asked of this robot. That no equilibrium was found is not an error but a
@@ -30,7 +35,8 @@ pub fn solve(
     Ok(result)
 }
 
-/// Solves for the equilibrium under a command, starting at another one: a neighbour in a sweep.
+/// Solves for the equilibrium under a command, starting at another one: a neighbour in a sweep. The result lies on its
+/// branch where that goes on, stable or not; steps from rest are taken where it does not.
 ///
 /// # Errors
 /// As [`solve`].
@@ -66,10 +72,17 @@ pub fn solve_into(
         && equilibrium.command.knob == command.knob
         && equilibrium.command.loads == command.loads;
     equilibrium.settings = *settings;
+    let cold = equilibrium.point.is_rest();
     let mut finder = Finder { robot, workspace, settings, load_steps: 0, known };
     finder.attempt(command, equilibrium);
     if !equilibrium.status.is_equilibrium() {
-        finder.step_from_rest(command, equilibrium);
+        *equilibrium = finder.step_from_rest(command, Status::is_equilibrium);
+    }
+    if cold && equilibrium.status == Status::Unstable && !is_symmetric(robot, command) {
+        let other = finder.step_from_rest(command, |status| status == Status::Converged);
+        if other.status == Status::Converged {
+            *equilibrium = other;
+        }
     }
     let load_steps = finder.load_steps;
     equilibrium.command.copy(command);
@@ -92,6 +105,13 @@ pub(crate) fn settle(
 ) {
     Finder { robot, workspace, settings, load_steps: 0, known: false }.attempt(command, equilibrium);
     equilibrium.command.copy(command);
+}
+
+/// Is the mirror image at the plane of bending of every equilibrium another one? Which of two the steps led to would be
+/// chance.
+fn is_symmetric(robot: &Robot, command: &Command) -> bool {
+    let turned = |actuator: &Actuator| actuator.rotation.value().abs() > 0.0;
+    robot.is_planar() && command.loads.is_planar() && !command.actuators.iter().any(turned)
 }
 
 /// Locked angles need no holding; a condition on them would be empty.
@@ -303,8 +323,8 @@ impl Finder<'_> {
         }
     }
 
-    /// Applies the command in steps from rest, with steps that halve where Newton's method fails.
-    fn step_from_rest(&mut self, command: &Command, result: &mut Equilibrium) {
+    /// Applies the command in steps from rest, each to an equilibrium that is `good`; they halve where none is found.
+    fn step_from_rest(&mut self, command: &Command, good: impl Fn(Status) -> bool) -> Equilibrium {
         let mut current = Equilibrium::at_rest(self.robot, self.workspace, self.settings);
         let (mut reached, mut step) = (0.0, 0.25);
         loop {
@@ -313,19 +333,17 @@ impl Finder<'_> {
             self.load_steps += 1;
             let mut trial = current.clone();
             self.attempt(&target, &mut trial);
-            if trial.status.is_equilibrium() {
+            if good(trial.status) {
                 if next >= 1.0 {
-                    *result = trial;
-                    return;
+                    return trial;
                 }
                 (current, reached) = (trial, next);
                 step *= 1.5;
             } else {
                 step *= 0.5;
                 if step < self.settings.smallest_step {
-                    *result = current;
-                    result.status = Status::NotConverged(Reason::PathEnds { fraction: reached });
-                    return;
+                    current.status = Status::NotConverged(Reason::PathEnds { fraction: reached });
+                    return current;
                 }
             }
         }
