@@ -1,6 +1,9 @@
 //! Small dense linear algebra on row-major slices, without allocation: the sizes are those of one
 //! equilibrium, at most a few tens.
 
+// What is not inlined takes its lanes through memory.
+#![allow(clippy::inline_always)]
+
 use crate::real::{Real, every};
 use nalgebra::{Matrix3, Vector3};
 
@@ -32,11 +35,23 @@ impl<S: Real> Lu<S> {
     /// `positive` pivots are positive and the others negative: there the order was a good one, and a symmetric
     /// matrix has as many positive eigenvalues.
     pub fn factor_in_order(&mut self, matrix: &[S], n: usize, positive: usize) -> u64 {
+        self.take(matrix, n);
+        self.eliminate_in_order(positive)
+    }
+
+    /// Takes an n × n matrix to be factored and hands it out once more for changes.
+    pub fn take(&mut self, matrix: &[S], n: usize) -> &mut [S] {
         self.n = n;
         self.factors.clear();
         self.factors.extend_from_slice(&matrix[..n * n]);
         self.pivots.clear();
         self.inverses.clear();
+        &mut self.factors
+    }
+
+    /// Factors the matrix that was taken, as [`Lu::factor_in_order`].
+    pub fn eliminate_in_order(&mut self, positive: usize) -> u64 {
+        let n = self.n;
         let mut good = every::<S>();
         for k in 0..n {
             let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
@@ -113,11 +128,7 @@ impl Lu {
 
     /// Factors an n × n row-major matrix with partial pivoting.
     pub fn factor(&mut self, matrix: &[f64], n: usize) -> Result<(), Singular> {
-        self.n = n;
-        self.factors.clear();
-        self.factors.extend_from_slice(&matrix[..n * n]);
-        self.pivots.clear();
-        self.inverses.clear();
+        self.take(matrix, n);
         for k in 0..n {
             let mut pivot = k;
             let mut best = self.factors[k * n + k].abs();
@@ -151,7 +162,7 @@ impl Lu {
 }
 
 /// y += a x.
-#[inline]
+#[inline(always)]
 pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = y.plus(a, *x);
@@ -159,7 +170,7 @@ pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
 }
 
 /// y += a x with a table of numbers.
-#[inline]
+#[inline(always)]
 pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = y.plus(a, S::splat(*x));
@@ -167,19 +178,19 @@ pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
 }
 
 /// x · y.
-#[inline]
+#[inline(always)]
 pub(crate) fn dot<S: Real>(x: &[S], y: &[S]) -> S {
     x.iter().zip(y).fold(S::zero(), |sum, (x, y)| sum.plus(*x, *y))
 }
 
 /// Σ w y with a table of weights.
-#[inline]
+#[inline(always)]
 pub(crate) fn dot_table<S: Real>(weights: &[f64], y: &[S]) -> S {
     weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum.plus(*y, S::splat(*w)))
 }
 
 /// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y.
-#[inline]
+#[inline(always)]
 pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
     let n = y.len();
     let (first, rest) = x.split_at(n);
@@ -189,22 +200,20 @@ pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
     }
 }
 
-/// The same with three vectors and three times three rows at once.
-#[inline]
-pub(crate) fn add_three<S: Real>(y: &mut [S], v: &[Vector3<S>; 3], x: [&[S]; 3]) {
-    let n = y.len();
-    let [x0, x1, x2] = x.map(|rows| &rows[..3 * n]);
-    for (i, y) in y.iter_mut().enumerate() {
-        let mut sum = *y;
-        for (v, x) in v.iter().zip([x0, x1, x2]) {
-            sum = sum.plus(v.x, x[i]).plus(v.y, x[n + i]).plus(v.z, x[2 * n + i]);
-        }
-        *y = sum;
-    }
+/// u += a v.
+#[inline(always)]
+pub(crate) fn add_scaled<S: Real>(u: &mut Vector3<S>, a: S, v: &Vector3<S>) {
+    (u.x, u.y, u.z) = (u.x.plus(a, v.x), u.y.plus(a, v.y), u.z.plus(a, v.z));
+}
+
+/// u · v.
+#[inline(always)]
+pub(crate) fn inner<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> S {
+    (u.x * v.x).plus(u.y, v.y).plus(u.z, v.z)
 }
 
 /// M v, inlined: lanes stay in registers.
-#[inline]
+#[inline(always)]
 pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {
     Vector3::new(
         (m.m11 * v.x).plus(m.m12, v.y).plus(m.m13, v.z),
@@ -214,7 +223,7 @@ pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {
 }
 
 /// A B, inlined.
-#[inline]
+#[inline(always)]
 pub(crate) fn product<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {
     let column = |x: S, y: S, z: S| times(a, &Vector3::new(x, y, z));
     let (x, y, z) = (column(b.m11, b.m21, b.m31), column(b.m12, b.m22, b.m32), column(b.m13, b.m23, b.m33));
@@ -222,19 +231,47 @@ pub(crate) fn product<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {
 }
 
 /// u × v, inlined.
-#[inline]
+#[inline(always)]
 pub(crate) fn cross<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
     Vector3::new((u.y * v.z).plus(-u.z, v.y), (u.z * v.x).plus(-u.x, v.z), (u.x * v.y).plus(-u.y, v.x))
 }
 
+/// A 3 × 3 matrix by its rows.
+pub(crate) type Block<S> = [[S; 3]; 3];
+
+/// a^.
+#[inline(always)]
+pub(crate) fn hat<S: Real>(a: &Vector3<S>) -> Block<S> {
+    let zero = S::zero();
+    [[zero, -a.z, a.y], [a.z, zero, -a.x], [-a.y, a.x, zero]]
+}
+
+/// a^ M.
+#[inline(always)]
+pub(crate) fn hat_times<S: Real>(a: &Vector3<S>, m: &Block<S>) -> Block<S> {
+    let [x, y, z] = m;
+    [
+        [(a.y * z[0]).plus(-a.z, y[0]), (a.y * z[1]).plus(-a.z, y[1]), (a.y * z[2]).plus(-a.z, y[2])],
+        [(a.z * x[0]).plus(-a.x, z[0]), (a.z * x[1]).plus(-a.x, z[1]), (a.z * x[2]).plus(-a.x, z[2])],
+        [(a.x * y[0]).plus(-a.y, x[0]), (a.x * y[1]).plus(-a.y, x[1]), (a.x * y[2]).plus(-a.y, x[2])],
+    ]
+}
+
+/// a^ b^ = b aᵀ − (a·b) 1.
+#[inline(always)]
+pub(crate) fn hat_hat<S: Real>(a: &Vector3<S>, b: &Vector3<S>) -> Block<S> {
+    let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);
+    [[-(y + z), b.x * a.y, b.x * a.z], [b.y * a.x, -(x + z), b.y * a.z], [b.z * a.x, b.z * a.y, -(x + y)]]
+}
+
 /// Column `i` of three rows of length n.
-#[inline]
+#[inline(always)]
 pub(crate) fn column<S: Real>(rows: &[S], n: usize, i: usize) -> Vector3<S> {
     Vector3::new(rows[i], rows[n + i], rows[2 * n + i])
 }
 
 /// Sets column `i` of three rows of length n.
-#[inline]
+#[inline(always)]
 pub(crate) fn set_column<S: Real>(rows: &mut [S], n: usize, i: usize, v: &Vector3<S>) {
     (rows[i], rows[n + i], rows[2 * n + i]) = (v.x, v.y, v.z);
 }

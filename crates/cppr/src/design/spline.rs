@@ -1,7 +1,6 @@
 //! C² cubic spline on a uniform grid, with not-a-knot ends: fourth-order accurate up to the ends.
 
 use crate::real::Real;
-use std::array::from_fn;
 
 /// A cubic spline over [0, length].
 #[derive(Clone, Debug)]
@@ -45,10 +44,17 @@ impl CubicSpline {
     #[inline]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn eval<S: Real>(&self, x: S) -> [S; 4] {
+        if let [[a, b, c, d]] = self.cells[..]
+            && c == 0.0
+            && d == 0.0
+        {
+            return [x * b + a, S::splat(b), S::zero(), S::zero()];
+        }
         // A negative or NaN position saturates to cell 0.
         let cell = |l: usize| ((x.lane(l) * self.density) as usize).min(self.cells.len() - 1);
         let t = x - S::from_lanes(|l| cell(l) as f64 * self.step);
-        let [a, b, c, d] = from_fn(|k| S::from_lanes(|l| self.cells[cell(l)][k]));
+        let part = |k: usize| S::from_lanes(|l| self.cells[cell(l)][k]);
+        let (a, b, c, d) = (part(0), part(1), part(2), part(3));
         [a + t * (b + t * (c + t * d)), b + t * (c * 2.0 + t * d * 3.0), c * 2.0 + t * d * 6.0, d * 6.0]
     }
 

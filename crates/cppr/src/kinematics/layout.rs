@@ -11,6 +11,7 @@
 
 use super::follower::local;
 use super::rule::{Rule, legendre_values};
+use super::state::row;
 use crate::real::Real;
 use std::ops::Range;
 use std::sync::Arc;
@@ -91,9 +92,11 @@ pub(crate) enum Joint {
     },
 }
 
-/// A row of local variables that unknowns move, and the range outside which none does.
+/// A local variable that unknowns move, and the range outside which none does.
 #[derive(Clone, Debug)]
 pub(crate) struct Active {
+    /// Which of a follower's local variables it is, and its row at a node.
+    pub variable: usize,
     pub row: usize,
     pub unknowns: Range<usize>,
 }
@@ -109,8 +112,9 @@ pub(crate) struct Element {
     pub first_node: usize,
     /// Per tube: does the part from below the plate face this element?
     pub below: Vec<bool>,
-    /// Rows of local variables that depend on any unknown: the others are skipped.
-    pub active: Vec<Active>,
+    /// Per follower: its local variables that depend on any unknown; the others are skipped. A robot without followers has
+    /// one list, of its leader's.
+    pub active: Vec<Vec<Active>>,
     /// Which of a follower's local variables they are.
     pub variables: Vec<usize>,
     /// The unknowns of ΔK_X, ΔK_Y, ΔK_Z on this element: with the edges, what turns its steps.
@@ -181,6 +185,25 @@ const REMEMBERED: usize = 16;
 pub(crate) struct Layouts {
     list: Vec<Arc<Layout>>,
     cuts: Vec<Cut>,
+}
+
+impl Element {
+    /// The unknowns of ΔK_Z.
+    pub fn bends_z(&self) -> Range<usize> {
+        let (first, count) = self.modes[2];
+        first..first + count
+    }
+
+    /// Which of the leader's curvatures (0 to 2) and which of its modes stands in place `i` of `turning`.
+    #[inline]
+    pub fn turned(&self, i: usize) -> (usize, usize) {
+        let (twist, bending) = (self.modes[0].1, self.modes[0].1 + self.modes[1].1);
+        match i {
+            i if i < twist => (0, i),
+            i if i < bending => (1, i - twist),
+            i => (2, i - bending),
+        }
+    }
 }
 
 impl Layouts {
@@ -255,7 +278,7 @@ impl Layout {
     /// Steps of an element are turned by its own ΔK, angles are moved by the modes of elements towards the tip too, faces
     /// by everything there; edges may move all.
     fn find_active(&mut self) {
-        let (rows, followers, stretch) = (self.rows(), self.tubes - 1, self.stretch);
+        let (followers, stretch) = (self.tubes - 1, self.stretch);
         let (unknowns, edges) = (self.unknowns(), self.edges.len());
         let angles = self.elements.iter().any(|e| e.modes[3..3 + followers].iter().any(|m| m.1 > 0));
         for element in &mut self.elements {
@@ -265,23 +288,23 @@ impl Layout {
             };
             let leader = |field: usize| (element.modes[field].1 > 0 || edges > 0).then(|| own(field));
             let after = if edges > 0 { 0 } else { element.modes.get(3).map_or(0, |m| m.0) };
-            element.active = (0..rows)
-                .filter_map(|row| {
-                    let unknowns = match row {
-                        local::KX | local::KY | local::KZ => leader(row)?,
-                        local::E1 => stretch.then(|| own(3 + followers))?,
-                        local::X => (edges > 0).then_some(0..edges)?,
-                        _ => match (row - 5) % 4 {
-                            0 => (angles || edges > 0).then_some(after..unknowns)?,
-                            1 => (angles || edges > 0).then(|| own(3 + (row - 5) / 4))?,
-                            2 => 0..unknowns,
-                            _ => stretch.then(|| own(4 + followers + (row - 5) / 4))?,
-                        },
-                    };
-                    Some(Active { row, unknowns })
-                })
+            let active = |variable: usize, follower: usize| {
+                let unknowns = match variable {
+                    local::KX | local::KY | local::KZ => leader(variable)?,
+                    local::E1 => stretch.then(|| own(3 + followers))?,
+                    local::X => (edges > 0).then_some(0..edges)?,
+                    local::TH => (angles || edges > 0).then_some(after..unknowns)?,
+                    local::DTH => (angles || edges > 0).then(|| own(3 + follower))?,
+                    local::FACE => 0..unknowns,
+                    _ => stretch.then(|| own(4 + followers + follower))?,
+                };
+                Some(Active { variable, row: row(follower, variable), unknowns })
+            };
+            let count = if followers > 0 { local::COUNT } else { local::TH };
+            element.active = (0..followers.max(1))
+                .map(|follower| (0..count).filter_map(|variable| active(variable, follower)).collect())
                 .collect();
-            element.variables = element.active.iter().map(|a| a.row).filter(|r| *r < local::COUNT).collect();
+            element.variables = element.active[0].iter().map(|a| a.variable).collect();
             element.turning = element.modes[0].0..element.modes[2].0 + element.modes[2].1;
         }
     }

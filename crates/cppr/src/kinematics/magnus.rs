@@ -8,15 +8,15 @@
 //!
 //! with the generators α of `rule`, which hold the curvature's value, slope and curvature at the step's middle.
 
-use crate::dense::{column, cross, set_column};
-use crate::real::Real;
-use nalgebra::{SMatrix, Vector3};
+// What is not inlined takes its lanes through memory.
+#![allow(clippy::inline_always)]
 
-/// Three rows by the nine components of the generators.
-pub(crate) type Slope<S> = SMatrix<S, 3, 9>;
+use crate::dense::{Block, cross, hat, hat_hat, hat_times};
+use crate::real::Real;
+use nalgebra::Vector3;
 
 /// Ω of one step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Magnus<S: Real> {
     pub alpha: [Vector3<S>; 3],
     pub omega: Vector3<S>,
@@ -25,84 +25,127 @@ pub(crate) struct Magnus<S: Real> {
     q: Vector3<S>,
 }
 
-/// How the parts of Ω change with the unknowns that move a step, three rows each: W, P, Q and Ω in this order.
-pub(crate) const PARTS: usize = 4;
+/// Three rows by the nine components of the generators (α_1, α_2, α_3).
+pub(crate) type Slope<S> = [[S; 9]; 3];
+/// Nine rows.
+pub(crate) type Curvature<S> = [[S; 9]; 9];
 
 impl<S: Real> Magnus<S> {
+    #[inline(always)]
     pub fn new(alpha: [Vector3<S>; 3]) -> Self {
-        let [a1, a2, a3] = alpha;
-        let c = a1.cross(&a2);
-        let w = a3 * S::splat(2.0) - c;
-        let p = a1 * S::splat(20.0) + a3 + c;
-        let q = a2 + a1.cross(&w) * S::splat(1.0 / 60.0);
-        let omega = a1 + a3 * S::splat(1.0 / 12.0) + p.cross(&q) * S::splat(1.0 / 240.0);
+        let [a1, a2, a3] = &alpha;
+        let c = cross(a1, a2);
+        let w = sum(&scaled(a3, 2.0), -1.0, &c);
+        let p = sum(&sum(&c, 1.0, a3), 20.0, a1);
+        let q = sum(a2, 1.0 / 60.0, &cross(a1, &w));
+        let omega = sum(&sum(a1, 1.0 / 12.0, a3), 1.0 / 240.0, &cross(&p, &q));
         Self { alpha, omega, w, p, q }
     }
 
-    /// Turns changes of α (α_1, α_2, α_3) into those of (W, P, Q, Ω).
-    #[inline]
-    fn change(&self, [d1, d2, d3]: [Vector3<S>; 3]) -> [Vector3<S>; 4] {
-        let [a1, a2, _] = &self.alpha;
-        let c = cross(&d1, a2) + cross(a1, &d2);
-        let w = d3 * S::splat(2.0) - c;
-        let p = d1 * S::splat(20.0) + d3 + c;
-        let q = d2 + (cross(&d1, &self.w) + cross(a1, &w)) * S::splat(1.0 / 60.0);
-        let omega = d1
-            + d3 * S::splat(1.0 / 12.0)
-            + (cross(&p, &self.q) + cross(&self.p, &q)) * S::splat(1.0 / 240.0);
-        [w, p, q, omega]
-    }
-
-    /// Changes by many unknowns: `alpha` holds nine rows of length n, `parts` takes [`PARTS`] times three.
-    pub fn changes(&self, alpha: &[S], parts: &mut [S], n: usize) {
-        for i in 0..n {
-            let own = [column(alpha, n, i), column(&alpha[3 * n..], n, i), column(&alpha[6 * n..], n, i)];
-            for (k, part) in self.change(own).iter().enumerate() {
-                set_column(&mut parts[3 * k * n..], n, i, part);
-            }
-        }
-    }
-
     /// dΩ by the generators.
+    #[inline(always)]
     pub fn slope(&self) -> Slope<S> {
-        let mut slope = Slope::zeros();
-        for i in 0..9 {
-            let mut unit = [Vector3::zeros(); 3];
-            unit[i / 3][i % 3] = S::one();
-            slope.set_column(i, &self.change(unit)[3]);
+        let Self { alpha: [a1, a2, _], p, q, .. } = self;
+        // Ω_i = δ_i + (P^ Q_i − Q^ P_i)/240 with P = 20 α_1 + α_3 + α_1 × α_2.
+        let [q1, q2, q3] = self.slope_of_q();
+        let (t1, t2, t3) = (hat_times(p, &q1), hat_times(p, &q2), hat_times(p, &q3));
+        let (own, across1, across2) = (hat(q), hat_hat(q, a2), hat_hat(q, a1));
+        let mut slope = [[S::zero(); 9]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                slope[i][j] = (t1[i][j] + across1[i][j]).plus(S::splat(-20.0), own[i][j]) * (1.0 / 240.0);
+                slope[i][3 + j] = (t2[i][j] - across2[i][j]) * (1.0 / 240.0);
+                slope[i][6 + j] = (t3[i][j] - own[i][j]) * (1.0 / 240.0);
+            }
+            slope[i][i] += S::one();
+            slope[i][6 + i] += S::splat(1.0 / 12.0);
         }
         slope
     }
 
-    /// The vectors v_k for which y·d²Ω = Σ_k (v_k × α_1,a)·part_k,b + the same with a and b exchanged; the parts
-    /// are α_2 and W, and for the third, (y × P_a)·Q_b.
-    pub fn second(&self, y: &Vector3<S>) -> Second<S> {
-        let scale = S::splat(1.0 / 240.0);
-        let across_q = y.cross(&self.p) * scale;
-        let [a1, ..] = self.alpha;
-        let sixtieth = S::splat(1.0 / 60.0);
-        Second {
-            p: y * scale,
-            w: across_q * sixtieth,
-            a2: self.q.cross(y) * scale - across_q.cross(&a1) * sixtieth,
+    /// dQ by α_1, α_2, α_3.
+    #[inline(always)]
+    fn slope_of_q(&self) -> [Block<S>; 3] {
+        let Self { alpha: [a1, a2, _], w, .. } = self;
+        let (mut first, mut second) = (hat_hat(a1, a2), hat_hat(a1, a1));
+        let (of_w, mut third) = (hat(w), hat(a1));
+        for i in 0..3 {
+            for j in 0..3 {
+                first[i][j] = (first[i][j] - of_w[i][j]) * (1.0 / 60.0);
+                second[i][j] = second[i][j] * (-1.0 / 60.0);
+                third[i][j] = third[i][j] * (1.0 / 30.0);
+            }
+            second[i][i] += S::one();
         }
+        [first, second, third]
+    }
+
+    /// y·d²Ω by the generators: X + Xᵀ with X_ij = P_iᵀ (y^)ᵀ Q_j / 240 and what Q and P themselves are bent by.
+    #[inline(always)]
+    pub fn second(&self, y: &Vector3<S>, form: &mut Curvature<S>) {
+        let Self { alpha: [a1, a2, _], p, q, .. } = self;
+        let across_q = scaled(&cross(y, p), 1.0 / 240.0);
+        let by_w = scaled(&across_q, 1.0 / 60.0);
+        let lever = scaled(&cross(q, y), 1.0 / 240.0);
+        let by_c = sum(&lever, -1.0 / 60.0, &cross(&across_q, a1));
+        let minus_y = scaled(y, -1.0 / 240.0);
+        let [q1, q2, q3] = self.slope_of_q();
+        let (n1, n2, n3) = (hat_times(&minus_y, &q1), hat_times(&minus_y, &q2), hat_times(&minus_y, &q3));
+        let (f1, f2, f3) = (hat_times(a2, &n1), hat_times(a2, &n2), hat_times(a2, &n3));
+        let (s1, s2, s3) = (hat_times(a1, &n1), hat_times(a1, &n2), hat_times(a1, &n3));
+        let (w1, w2, w3, c) = (hat_hat(&by_w, a2), hat_hat(&by_w, a1), hat(&by_w), hat(&by_c));
+        let twenty = S::splat(20.0);
+        for i in 0..3 {
+            for j in 0..3 {
+                let x12 = f2[i][j].plus(twenty, n2[i][j]) + w2[i][j] - c[i][j] - s1[j][i];
+                let x13 = f3[i][j].plus(twenty, n3[i][j]).plus(S::splat(-2.0), w3[i][j]) + n1[j][i];
+                let x23 = n2[j][i] - s3[i][j];
+                let x11 = |i: usize, j: usize| f1[i][j].plus(twenty, n1[i][j]) - w1[i][j];
+                form[i][j] = x11(i, j) + x11(j, i);
+                form[3 + i][3 + j] = -(s2[i][j] + s2[j][i]);
+                form[6 + i][6 + j] = n3[i][j] + n3[j][i];
+                form[i][3 + j] = x12;
+                form[3 + j][i] = x12;
+                form[i][6 + j] = x13;
+                form[6 + j][i] = x13;
+                form[3 + i][6 + j] = x23;
+                form[6 + j][3 + i] = x23;
+            }
+        }
+    }
+
+    /// What the generators feel of a covector y on Ω: y·dΩ = Σ pull_m·dα_m.
+    #[inline(always)]
+    pub fn pull(&self, y: &Vector3<S>) -> [Vector3<S>; 3] {
+        let Self { alpha: [a1, a2, _], w, p, q, .. } = self;
+        let (by_p, by_q) = (scaled(&cross(q, y), 1.0 / 240.0), scaled(&cross(y, p), 1.0 / 240.0));
+        let sixtieth = scaled(&by_q, 1.0 / 60.0);
+        let by_w = cross(&sixtieth, a1);
+        let by_c = sum(&by_p, -1.0, &by_w);
+        let first = sum(&sum(y, 1.0, &cross(w, &sixtieth)), 1.0, &cross(a2, &by_c));
+        [
+            sum(&first, 20.0, &by_p),
+            sum(&by_q, 1.0, &cross(&by_c, a1)),
+            sum(&sum(&by_p, 1.0 / 12.0, y), 2.0, &by_w),
+        ]
     }
 }
 
-/// See [`Magnus::second`].
-pub(crate) struct Second<S: Real> {
-    /// y / 240: (y × P_a)·Q_b.
-    pub p: Vector3<S>,
-    /// (v × α_1,a)·W_b.
-    pub w: Vector3<S>,
-    /// (v × α_1,a)·α_2,b.
-    pub a2: Vector3<S>,
+#[inline(always)]
+fn scaled<S: Real>(v: &Vector3<S>, factor: f64) -> Vector3<S> {
+    Vector3::new(v.x * factor, v.y * factor, v.z * factor)
+}
+
+/// u + factor v.
+#[inline(always)]
+fn sum<S: Real>(u: &Vector3<S>, factor: f64, v: &Vector3<S>) -> Vector3<S> {
+    let factor = S::splat(factor);
+    Vector3::new(u.x.plus(factor, v.x), u.y.plus(factor, v.y), u.z.plus(factor, v.z))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Magnus, PARTS};
-    use crate::dense::column;
+    use super::Magnus;
     use crate::kinematics::so3::exp_and_jacobian;
     use nalgebra::{Matrix3, Vector3};
 
@@ -116,19 +159,9 @@ mod tests {
         let magnus = Magnus::new(generators(&at));
         let y = Vector3::new(0.7, -0.2, 0.5);
         let h = 1e-5;
-        let slope = magnus.slope();
-        let mut identity = [0.0; 81];
-        (0..9).for_each(|i| identity[10 * i] = 1.0);
-        let mut parts = [0.0; 3 * PARTS * 9];
-        magnus.changes(&identity, &mut parts, 9);
-        let part = |k: usize, i: usize| column(&parts[27 * k..], 9, i);
-        let alpha = |m: usize, i: usize| column(&identity[27 * m..], 9, i);
-        let second = magnus.second(&y);
-        let half = |a: usize, b: usize| {
-            second.p.cross(&part(1, a)).dot(&part(2, b))
-                + second.w.cross(&alpha(0, a)).dot(&part(0, b))
-                + second.a2.cross(&alpha(0, a)).dot(&alpha(1, b))
-        };
+        let (slope, pull) = (magnus.slope(), magnus.pull(&y));
+        let mut second = [[0.0; 9]; 9];
+        magnus.second(&y, &mut second);
         for i in 0..9 {
             let moved = |sign: f64| {
                 let mut v = at;
@@ -137,11 +170,13 @@ mod tests {
             };
             let (plus, minus) = (moved(1.0), moved(-1.0));
             let difference = (plus.omega - minus.omega) / (2.0 * h);
-            assert!((difference - slope.column(i)).norm() < 1e-9);
-            assert!((difference - part(3, i)).norm() < 1e-9);
-            let difference = (plus.slope().transpose() * y - minus.slope().transpose() * y) / (2.0 * h);
-            let exact: Vec<f64> = (0..9).map(|a| half(a, i) + half(i, a)).collect();
-            assert!(difference.iter().zip(exact).all(|(d, e)| (d - e).abs() < 1e-9));
+            assert!((0..3).all(|d| (difference[d] - slope[d][i]).abs() < 1e-9));
+            assert!((y.dot(&difference) - pull[i / 3][i % 3]).abs() < 1e-9);
+            for k in 0..9 {
+                let along = |m: &Magnus<f64>| m.pull(&y)[k / 3][k % 3];
+                let difference = (along(&plus) - along(&minus)) / (2.0 * h);
+                assert!((difference - second[i][k]).abs() < 1e-9);
+            }
         }
     }
 

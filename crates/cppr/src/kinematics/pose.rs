@@ -6,24 +6,25 @@
 
 use super::follower::local;
 use super::layout::Layout;
-use super::magnus::{Magnus, PARTS};
-use super::so3;
+use super::magnus::{Magnus, Slope};
+use super::so3::{self, Coefficients};
 use super::state::State;
-use crate::dense::{add_rows, axpy, column, product, set_column, times};
+use crate::dense::{add_rows, add_scaled, axpy, column, dot, product, set_column, times};
 use crate::design::Robot;
 use crate::design::fields::Part;
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
 
 /// One rotation step and what its derivatives need.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Step<S: Real = f64> {
     /// R before the step.
     pub before: Matrix3<S>,
     /// Ω and what it is made of.
     pub magnus: Magnus<S>,
-    /// Left Jacobian of exp at Ω.
+    /// Left Jacobian of exp at Ω, and the coefficients it is made of.
     pub jacobian: Matrix3<S>,
+    pub coefficients: Coefficients<S>,
 }
 
 /// Poses at all points. A point is a node or the end of an element; `point(e, i)` numbers them.
@@ -42,13 +43,15 @@ pub(crate) struct Poses<S: Real = f64> {
     pub spin: Vec<S>,
     /// Per point three rows: c by the unknowns.
     pub shift: Vec<S>,
-    /// Per step nine rows: α_1, α_2, α_3 by the unknowns that turn it (edges, then the element's ΔK).
-    generators: Vec<S>,
-    /// Per step the rows of [`Magnus::changes`] by the same unknowns.
-    parts: Vec<S>,
+    /// Per step three rows: Ω by the unknowns that turn it (edges, then the element's ΔK).
+    omega: Vec<S>,
+    /// Per step dΩ by the generators.
+    pub slopes: Vec<Slope<S>>,
+    /// Per step and edge that moves it: the generators by the edge, over ℓ.
+    by_edge: Vec<[S; 9]>,
     rates: Vec<S>,
     row: Vec<S>,
-    /// Serial number of the layout whose generators are known.
+    /// Serial number of the layout that the rows are made for.
     known: u64,
 }
 
@@ -91,6 +94,12 @@ fn centre_rate<S: Real>(state: &State<S>, layout: &Layout, node: usize) -> S {
     state.local[row + local::E1] + state.leader_offset[node][0] * state.local[row + local::KZ] + 1.0
 }
 
+/// The tangent t = R E_X.
+#[inline]
+pub(crate) fn tangent<S: Real>(rotation: &Matrix3<S>) -> Vector3<S> {
+    Vector3::new(rotation.m11, rotation.m21, rotation.m31)
+}
+
 /// The rotation of the leader's first section.
 pub(crate) fn base_rotation(robot: &Robot) -> Matrix3<f64> {
     so3::about_x(robot.fields[0].direction(0.0, Part::Pattern)[0])
@@ -108,37 +117,41 @@ impl<S: Real> Poses<S> {
         self.rotation.resize(points, Matrix3::identity());
         self.centre.resize(points, Vector3::zeros());
         self.stretch.resize(layout.nodes, S::zero());
-        self.steps.clear();
+        self.steps.resize(points, Step::default());
         let mut rotation = splat(&base_rotation(robot));
         let mut start = Vector3::zeros();
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let (n, length) = (rule.n, state.lengths[e]);
             for s in 0..=n {
-                let mut alpha = [Vector3::zeros(); 3];
+                let (mut a1, mut a2, mut a3) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
                 for j in 0..n {
                     let k = curvature(state, layout, element.first_node + j);
-                    for (m, alpha) in alpha.iter_mut().enumerate() {
-                        *alpha += k * S::splat(rule.magnus[m][s * n + j]);
-                    }
+                    let share = |m: usize| length * rule.magnus[m][s * n + j];
+                    add_scaled(&mut a1, share(0), &k);
+                    add_scaled(&mut a2, share(1), &k);
+                    add_scaled(&mut a3, share(2), &k);
                 }
-                let magnus = Magnus::new(alpha.map(|a| a * length));
-                let (exp, jacobian) = so3::exp_and_jacobian(&magnus.omega);
-                self.steps.push(Step { before: rotation, magnus, jacobian });
+                let at = point(layout, e, s);
+                let step = &mut self.steps[at];
+                step.before = rotation;
+                step.magnus = Magnus::new([a1, a2, a3]);
+                let exp;
+                (exp, step.jacobian, step.coefficients) = so3::exp_and_jacobian(&step.magnus.omega);
                 rotation = product(&rotation, &exp);
-                self.rotation[point(layout, e, s)] = rotation;
+                self.rotation[at] = rotation;
             }
             for j in 0..n {
                 self.stretch[element.first_node + j] = centre_rate(state, layout, element.first_node + j);
             }
             for i in 0..=n {
                 let weights = if i < n { &rule.from_start[i * n..(i + 1) * n] } else { &rule.weights[..] };
-                let mut sum = Vector3::zeros();
+                let mut centre = start;
                 for (j, weight) in weights.iter().enumerate() {
-                    let g = self.stretch[element.first_node + j];
-                    sum += self.rotation[point(layout, e, j)].column(0) * (g * *weight);
+                    let rate = length * self.stretch[element.first_node + j] * *weight;
+                    add_scaled(&mut centre, rate, &tangent(&self.rotation[point(layout, e, j)]));
                 }
-                self.centre[point(layout, e, i)] = start + sum * length;
+                self.centre[point(layout, e, i)] = centre;
             }
             start = self.centre[point(layout, e, n)];
         }
@@ -154,68 +167,75 @@ impl<S: Real> Poses<S> {
                 rows.clear();
                 rows.resize(points * 3 * self.posed, S::zero());
             }
-            self.generators.clear();
-            self.generators.resize(steps_before(layout, layout.elements.len(), 0) * 9, S::zero());
-            self.parts.resize(steps_before(layout, layout.elements.len(), 0) * 3 * PARTS, S::zero());
+            self.omega.resize(steps_before(layout, layout.elements.len(), 0) * 3, S::zero());
+            self.slopes.resize(points, [[S::zero(); 9]; 3]);
+            self.by_edge.resize(points * layout.edges.len(), [S::zero(); 9]);
         }
         for (e, element) in layout.elements.iter().enumerate() {
             for s in 0..=layout.rules[element.rule].n {
-                if self.known != layout.serial || !layout.edges.is_empty() {
-                    self.generate(layout, state, e, s);
-                }
-                self.turn(layout, e, s);
+                self.generate_by_edges(layout, state, e, s);
+                self.turn(layout, state, e, s);
             }
             self.move_centres(layout, state, e, everywhere);
         }
         self.known = layout.serial;
     }
 
-    /// α_1, α_2 and α_3 of one step by the unknowns that turn it: nine rows, each as long as `turning`.
-    pub fn generators(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
-        let start = steps_before(layout, e, s) * 9;
-        &self.generators[start..start + turning(layout, e) * 9]
+    /// Ω of one step by the unknowns that turn it: three rows, each as long as `turning`.
+    pub fn omega(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
+        let start = steps_before(layout, e, s) * 3;
+        &self.omega[start..start + turning(layout, e) * 3]
     }
 
-    /// The rows of [`Magnus::changes`] of one step, each as long as `turning`.
-    pub fn parts(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
-        let start = steps_before(layout, e, s) * 3 * PARTS;
-        &self.parts[start..start + turning(layout, e) * 3 * PARTS]
+    /// α of one step by the edges, over ℓ.
+    pub fn by_edge(&self, layout: &Layout, e: usize, s: usize) -> &[[S; 9]] {
+        let edges = layout.edges.len();
+        &self.by_edge[point(layout, e, s) * edges..][..edges]
     }
 
-    /// α of one step by the unknowns: by the element's own modes, and by edges that move it.
-    fn generate(&mut self, layout: &Layout, state: &State<S>, e: usize, s: usize) {
+    fn generate_by_edges(&mut self, layout: &Layout, state: &State<S>, e: usize, s: usize) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
-        let (n, length, count, edges) = (rule.n, state.lengths[e], turning(layout, e), layout.edges.len());
-        let start = steps_before(layout, e, s) * 9;
-        for m in 0..3 {
-            for axis in 0..3 {
-                let row = &mut self.generators[start + (m * 3 + axis) * count..][..count];
-                let (first, modes) = element.modes[axis];
-                let own = edges + first - element.turning.start;
-                for (entry, share) in row[own..own + modes].iter_mut().zip(&rule.magnus_modes[m][s * n..]) {
-                    *entry = length * *share;
-                }
-                for (edge, entry) in row[..edges].iter_mut().enumerate() {
-                    let mut bent = S::zero();
-                    for j in 0..n {
-                        bent += state.z_row(element.first_node + j, axis)[edge] * rule.magnus[m][s * n + j];
-                    }
-                    let alpha = self.steps[point(layout, e, s)].magnus.alpha[m][axis];
-                    *entry = length * bent + alpha / length * state.length_row(e)[edge];
+        let (n, length, at) = (rule.n, state.lengths[e], point(layout, e, s));
+        for edge in 0..layout.edges.len() {
+            let moved = state.length_row(e)[edge] / (length * length);
+            let alpha = &self.steps[at].magnus.alpha;
+            for (k, entry) in self.by_edge[at * layout.edges.len() + edge].iter_mut().enumerate() {
+                let (m, axis) = (k / 3, k % 3);
+                *entry = alpha[m][axis] * moved;
+                for j in 0..n {
+                    *entry += state.z_row(element.first_node + j, axis)[edge] * rule.magnus[m][s * n + j];
                 }
             }
         }
     }
 
     /// Spin of one point: that of the point before plus the step's.
-    fn turn(&mut self, layout: &Layout, e: usize, s: usize) {
+    fn turn(&mut self, layout: &Layout, state: &State<S>, e: usize, s: usize) {
         let (posed, at, count) = (self.posed, point(layout, e, s), turning(layout, e));
-        let place = steps_before(layout, e, s);
+        let (element, length, edges) = (&layout.elements[e], state.lengths[e], layout.edges.len());
+        let rule = &layout.rules[element.rule];
         let step = &self.steps[at];
-        let parts = &mut self.parts[place * 3 * PARTS..(place + count) * 3 * PARTS];
-        step.magnus.changes(&self.generators[place * 9..(place + count) * 9], parts, count);
-        let omega = &parts[3 * (PARTS - 1) * count..];
+        let slope = step.magnus.slope();
+        let place = steps_before(layout, e, s) * 3;
+        let omega = &mut self.omega[place..place + count * 3];
+        for (d, slope) in slope.iter().enumerate() {
+            let row = &mut omega[d * count..(d + 1) * count];
+            for (entry, by_edge) in row.iter_mut().zip(&self.by_edge[at * edges..]) {
+                *entry = length * dot(slope, by_edge);
+            }
+            for axis in 0..3 {
+                let (first, modes) = element.modes[axis];
+                let [t1, t2, t3] = rule.shares_of_modes(s, modes);
+                let own = edges + first - element.turning.start;
+                let scaled = [length * slope[axis], length * slope[3 + axis], length * slope[6 + axis]];
+                for (i, entry) in row[own..own + modes].iter_mut().enumerate() {
+                    *entry =
+                        (scaled[0] * t1[i]).plus(scaled[1], S::splat(t2[i])).plus(scaled[2], S::splat(t3[i]));
+                }
+            }
+        }
+        self.slopes[at] = slope;
         let turn = product(&step.before, &step.jacobian);
         if at == 0 {
             self.spin[..3 * posed].fill(S::zero());
@@ -224,9 +244,9 @@ impl<S: Real> Poses<S> {
         }
         let spin = &mut self.spin[at * 3 * posed..(at + 1) * 3 * posed];
         for i in 0..count {
-            let own = times(&turn, &column(omega, count, i));
             let unknown = turning_unknown(layout, e, i);
-            let sum = column(spin, posed, unknown) + own;
+            let mut sum = times(&turn, &column(omega, count, i));
+            add_scaled(&mut sum, S::one(), &column(spin, posed, unknown));
             set_column(spin, posed, unknown, &sum);
         }
     }
@@ -240,19 +260,20 @@ impl<S: Real> Poses<S> {
         self.rates.resize(n * 3 * posed, S::zero());
         for j in 0..n {
             let (node, at) = (element.first_node + j, point(layout, e, j));
-            let t: Vector3<S> = self.rotation[at].column(0).into_owned();
-            let g = self.stretch[node];
+            let (t, g) = (tangent(&self.rotation[at]), self.stretch[node]);
             stretch_row(layout, state, e, node, &mut self.row);
             if !layout.edges.is_empty() {
                 axpy(&mut self.row, g / length, &state.length_row(e)[..posed]);
             }
             let spin = &self.spin[at * 3 * posed..(at + 1) * 3 * posed];
             // g φ × t + (dg/du) t, one row for each direction.
-            let across = so3::hat(&t) * -g;
-            for d in 0..3 {
+            let zero = S::zero();
+            let (x, y, z) = (g * t.x, g * t.y, g * t.z);
+            let across = [[zero, z, -y], [-z, zero, x], [y, -x, zero]];
+            for (d, [x, y, z]) in across.into_iter().enumerate() {
                 let target = &mut self.rates[(j * 3 + d) * posed..(j * 3 + d + 1) * posed];
                 axpy(target, t[d], &self.row);
-                add_rows(target, &across.row(d).transpose(), spin);
+                add_rows(target, &Vector3::new(x, y, z), spin);
             }
         }
         for i in if everywhere { 0..=n } else { n..=n } {
@@ -283,8 +304,8 @@ pub(crate) fn stretch_row<S: Real>(
     let [offset, slope, _] = state.leader_offset[node];
     row.clear();
     row.resize(posed, S::zero());
-    for active in &layout.elements[e].active {
-        let factor = match active.row {
+    for active in &layout.elements[e].active[0] {
+        let factor = match active.variable {
             local::E1 => S::one(),
             local::KZ => offset,
             local::X => slope * state.local[node * layout.rows() + local::KZ],

@@ -83,6 +83,13 @@ impl Rule {
         rule
     }
 
+    /// Shares of the first `count` Legendre modes in α_1, α_2, α_3 of step `s`, over ℓ.
+    #[inline]
+    pub fn shares_of_modes(&self, s: usize, count: usize) -> [&[f64]; 3] {
+        let of = |m: usize| &self.magnus_modes[m][s * self.n..s * self.n + count];
+        [of(0), of(1), of(2)]
+    }
+
     /// The Lagrange polynomials at ξ.
     pub fn lagrange(&self, x: f64) -> Vec<f64> {
         let mut p = vec![0.0; self.n];

@@ -3,10 +3,9 @@
 //! With ϑ = |Ω|: exp(Ω^) = 1 + a Ω^ + b Ω^², J(Ω) = 1 + b Ω^ + c Ω^², where a = sin ϑ/ϑ,
 //! b = (1 − cos ϑ)/ϑ², c = (ϑ − sin ϑ)/ϑ³, and exp((Ω + δΩ)^) = exp((J δΩ)^) exp(Ω^) to first order.
 
-use crate::dense::product;
+use crate::dense::{Block, cross};
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
-use std::array::from_fn;
 
 /// v^ with v^ w = v × w.
 #[inline]
@@ -23,7 +22,7 @@ pub(crate) fn about_x(angle: f64) -> Matrix3<f64> {
 }
 
 /// (a, b, c) of the module's head and (db/dϑ)/ϑ, (dc/dϑ)/ϑ.
-type Coefficients<S> = [S; 5];
+pub(crate) type Coefficients<S> = [S; 5];
 
 /// Series up to this angle (rad); most steps are shorter.
 const SERIES_BELOW: f64 = 1.0;
@@ -59,7 +58,8 @@ const fn series() -> [[f64; TERMS]; 5] {
 fn coefficients<S: Real>(angle_squared: S) -> Coefficients<S> {
     let t = angle_squared;
     if t.mask(|t| t > SERIES_BELOW * SERIES_BELOW) == 0 {
-        return SERIES.map(|c| c.iter().rev().fold(S::zero(), |sum, &c| sum * t + c));
+        let sum = |c: &[f64; TERMS]| c.iter().rev().fold(S::zero(), |sum, &c| S::splat(c).plus(sum, t));
+        return [sum(&SERIES[0]), sum(&SERIES[1]), sum(&SERIES[2]), sum(&SERIES[3]), sum(&SERIES[4])];
     }
     let one = |t: f64| -> Coefficients<f64> {
         if t <= SERIES_BELOW * SERIES_BELOW {
@@ -71,29 +71,59 @@ fn coefficients<S: Real>(angle_squared: S) -> Coefficients<S> {
         let c = (1.0 - a) / t;
         [a, b, c, (a - 2.0 * b) / t, (b - 3.0 * c) / t]
     };
-    from_fn(|k| S::from_lanes(|l| one(t.lane(l))[k]))
+    let each = |k: usize| S::from_lanes(|l| one(t.lane(l))[k]);
+    [each(0), each(1), each(2), each(3), each(4)]
 }
 
-/// exp(Ω^) and the left Jacobian J(Ω).
-pub(crate) fn exp_and_jacobian<S: Real>(w: &Vector3<S>) -> (Matrix3<S>, Matrix3<S>) {
-    let [a, b, c, ..] = coefficients(w.dot(w));
-    let h = hat(w);
-    let h2 = product(&h, &h);
-    (Matrix3::identity() + h * a + h2 * b, Matrix3::identity() + h * b + h2 * c)
+/// exp(Ω^), the left Jacobian J(Ω), and the coefficients that [`jacobian_derivative`] asks for.
+#[inline]
+pub(crate) fn exp_and_jacobian<S: Real>(w: &Vector3<S>) -> (Matrix3<S>, Matrix3<S>, Coefficients<S>) {
+    let squared = (w.x * w.x).plus(w.y, w.y).plus(w.z, w.z);
+    let known = coefficients(squared);
+    let [a, b, c, ..] = known;
+    // 1 + f Ω^ + g Ω^² with Ω^² = Ω Ωᵀ − ϑ² 1.
+    let matrix = |f: S, g: S| {
+        let diagonal = |x: S| S::one().plus(g, x * x - squared);
+        let (x, y, z) = (f * w.x, f * w.y, f * w.z);
+        let (xy, xz, yz) = (g * w.x * w.y, g * w.x * w.z, g * w.y * w.z);
+        Matrix3::new(
+            diagonal(w.x),
+            xy - z,
+            xz + y,
+            xy + z,
+            diagonal(w.y),
+            yz - x,
+            xz - y,
+            yz + x,
+            diagonal(w.z),
+        )
+    };
+    (matrix(a, b), matrix(b, c), known)
 }
 
 /// The matrix B with uᵀ B v = y · (dJ(Ω)\[u\] v): how the Jacobian turns with Ω, seen by the covector y.
-pub(crate) fn jacobian_derivative<S: Real>(w: &Vector3<S>, y: &Vector3<S>) -> Matrix3<S> {
-    let [_, b, c, db, dc] = coefficients(w.dot(w));
-    // d(Ω^)[u] v = u × v, and y·(u × v) = u·(v × y) = −uᵀ y^ v.
-    let linear = hat(y) * -b;
-    // y·(u × (Ω × v) + Ω × (u × v)) with a × (b × c) = b (a·c) − c (a·b).
-    let two = S::splat(2.0);
-    let quadratic = (y * w.transpose() + Matrix3::identity() * y.dot(w) - w * y.transpose() * two) * c;
-    let hy = y.cross(w);
-    // Rows: u·Ω times the covectors y·(Ω × v) and y·(Ω × (Ω × v)).
-    let change = w * (hy * db + (w * w.dot(y) - y * w.dot(w)) * dc).transpose();
-    linear + quadratic + change
+#[inline]
+pub(crate) fn jacobian_derivative<S: Real>(
+    w: &Vector3<S>,
+    y: &Vector3<S>,
+    [_, b, c, db, dc]: Coefficients<S>,
+) -> Block<S> {
+    let along = (w.x * y.x).plus(w.y, y.y).plus(w.z, y.z);
+    let squared = (w.x * w.x).plus(w.y, w.y).plus(w.z, w.z);
+    let hy = cross(y, w);
+    // d(Ω^)\[u\] v = u × v, and y·(u × v) = u·(v × y) = −uᵀ y^ v; then y·(u × (Ω × v) + Ω × (u × v)) with
+    // a × (b × c) = b (a·c) − c (a·b); last u·Ω times the covectors y·(Ω × v) and y·(Ω × (Ω × v)).
+    let mut form =
+        [[S::zero(), b * y.z, -b * y.y], [-b * y.z, S::zero(), b * y.x], [b * y.y, -b * y.x, S::zero()]];
+    for j in 0..3 {
+        let change = (hy[j] * db).plus(dc, w[j] * along - y[j] * squared).plus(S::splat(-2.0), c * y[j]);
+        let own = c * w[j];
+        for i in 0..3 {
+            form[i][j] = form[i][j].plus(w[i], change).plus(y[i], own);
+        }
+        form[j][j] = form[j][j].plus(c, along);
+    }
+    form
 }
 
 #[cfg(test)]
@@ -110,11 +140,12 @@ mod tests {
             let h = 1e-5;
             let plus = exp_and_jacobian(&(w + u * h));
             let minus = exp_and_jacobian(&(w - u * h));
-            let (r, j) = exp_and_jacobian(&w);
+            let (r, j, coefficients) = exp_and_jacobian(&w);
             let spin = (plus.0 - minus.0) / (2.0 * h) * r.transpose();
             assert!((spin - hat(&(j * u))).norm() < 1e-9, "{scale}");
             let difference = y.dot(&((plus.1 - minus.1) / (2.0 * h) * v));
-            let exact = (u.transpose() * jacobian_derivative(&w, &y) * v)[0];
+            let b = jacobian_derivative(&w, &y, coefficients);
+            let exact: f64 = (0..9).map(|k| u[k / 3] * b[k / 3][k % 3] * v[k % 3]).sum();
             assert!((difference - exact).abs() < 1e-9, "{scale}: {difference} {exact}");
         }
     }

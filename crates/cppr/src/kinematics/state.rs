@@ -48,8 +48,9 @@ pub(crate) struct State<S = f64> {
     nodal: Vec<S>,
     matrix: Vec<S>,
     lu: Lu<S>,
-    /// Serial numbers of robot and layout of the last evaluation: what depends on them alone stays.
+    /// Serial numbers of robot and layout of the last values and rows: what depends on them alone stays.
     known: (u64, u64),
+    known_rows: (u64, u64),
     /// Lanes that describe no bundle.
     broken: u64,
 }
@@ -70,6 +71,7 @@ impl<S: Real> State<S> {
         self.unknowns = layout.unknowns();
         self.rows = layout.rows();
         self.followers = layout.tubes - 1;
+        self.known_rows = (0, 0);
         self.lengths.resize(elements, S::zero());
         self.local.clear();
         self.local.resize(nodes * self.rows, S::zero());
@@ -126,10 +128,10 @@ impl<S: Real> State<S> {
         &self.joint_rows[start..start + self.unknowns]
     }
 
-    /// Evaluates the values; `derivatives` adds the rows z. Returns the lanes that describe no bundle.
-    pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S], derivatives: bool) -> u64 {
+    /// Evaluates the values. Returns the lanes that describe no bundle.
+    pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S]) -> u64 {
         let known = (robot.serial, layout.serial);
-        // Without edges labels stay where they are, and so do the rows that hold nothing but polynomials.
+        // Without edges labels stay where they are.
         let fresh = self.known != known || !layout.edges.is_empty();
         if self.known != known {
             self.resize(layout);
@@ -143,26 +145,37 @@ impl<S: Real> State<S> {
         }
         for e in (0..last).rev() {
             self.leader_at_nodes(robot, layout, e, coordinates, fresh);
-            if fresh && derivatives {
-                self.leader_rows(layout, e, coordinates);
-            }
             for f in 0..self.followers {
-                self.angles(layout, e, f);
-                self.face(robot, layout, e, f);
-                if derivatives {
-                    if fresh {
-                        self.angle_rows(layout, e, f);
-                    }
-                    self.face_rows(robot, layout, e, f);
+                // Angles that no unknown turns stay where they are.
+                if fresh || layout.elements[e].modes[3 + f].1 > 0 {
+                    self.angles(layout, e, f);
                 }
+                self.face(robot, layout, e, f);
             }
             if self.broken == every::<S>() {
                 return self.broken;
             }
         }
-        if derivatives {
-            self.known = known;
+        self.known = known;
+        self.broken
+    }
+
+    /// Adds the rows of derivatives to the values. Returns the lanes that describe no bundle.
+    pub fn differentiate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S]) -> u64 {
+        // Without edges rows that hold nothing but polynomials stay as they are.
+        let fresh = self.known_rows != self.known || !layout.edges.is_empty();
+        for e in (0..layout.elements.len()).rev() {
+            if fresh {
+                self.leader_rows(layout, e, coordinates);
+            }
+            for f in 0..self.followers {
+                if fresh {
+                    self.angle_rows(layout, e, f);
+                }
+                self.face_rows(robot, layout, e, f);
+            }
         }
+        self.known_rows = self.known;
         self.broken
     }
 
@@ -199,25 +212,36 @@ impl<S: Real> State<S> {
                     self.rest[node * self.followers + f] = robot.rest_angle(f + 1, label);
                 }
             }
-            let p = &rule.legendre[i * rule.n..(i + 1) * rule.n];
-            let field = |f: usize| {
-                let (first, count) = element.modes[f];
-                dot_table(&p[..count], &u[first..first + count])
-            };
-            self.local[base + local::KX] = self.leader_turn[node][0] + field(0);
-            self.local[base + local::KY] = field(1);
-            self.local[base + local::KZ] = field(2);
-            if layout.stretch {
-                let stretch = field(3 + self.followers);
-                self.broken |= stretch.unless(|e| 1.0 + e >= LEAST_RATE);
-                self.local[base + local::E1] = stretch;
+            self.local[base + local::KX] = self.leader_turn[node][0];
+            for f in 0..self.followers {
+                self.local[base + row(f, local::DTH)] = self.rest[node * self.followers + f][1];
+            }
+            for variable in [local::KY, local::KZ, local::E1] {
+                self.local[base + variable] = S::zero();
             }
             for f in 0..self.followers {
-                let row = base + 5 + 4 * f;
-                self.local[row + 1] = self.rest[node * self.followers + f][1] + field(3 + f);
-                if layout.stretch {
-                    self.local[row + 3] = field(4 + self.followers + f);
+                self.local[base + row(f, local::EK)] = S::zero();
+            }
+        }
+        let followers = self.followers;
+        let own = (0..followers).map(|f| (3 + f, row(f, local::DTH)));
+        let stretch = (0..followers).map(|f| (4 + followers + f, row(f, local::EK)));
+        let stretch = [(3 + followers, local::E1)].into_iter().chain(stretch);
+        let fields = (0..3).map(|axis| (axis, axis)).chain(own);
+        for (field, row) in fields.chain(stretch.take(if layout.stretch { usize::MAX } else { 0 })) {
+            let (first, count) = element.modes[field];
+            if count > 0 {
+                for i in 0..rule.n {
+                    let p = &rule.legendre[i * rule.n..i * rule.n + count];
+                    let value = dot_table(p, &u[first..first + count]);
+                    self.local[(element.first_node + i) * self.rows + row] += value;
                 }
+            }
+        }
+        if layout.stretch {
+            for node in element.first_node..element.first_node + rule.n {
+                let stretch = self.local[node * self.rows + local::E1];
+                self.broken |= stretch.unless(|e| 1.0 + e >= LEAST_RATE);
             }
         }
     }
@@ -395,14 +419,8 @@ impl<S: Real> State<S> {
             let facing = &self.facing[node * self.followers + f];
             implicit |= !facing.dh[local::FACE].vanishes();
             let target = &mut self.rates[j * n_u..(j + 1) * n_u];
-            for active in &element.active {
-                let variable = if active.row < 5 {
-                    active.row
-                } else if (active.row - 5) / 4 == f {
-                    active.row - 4 * f
-                } else {
-                    continue;
-                };
+            for active in &element.active[f] {
+                let variable = active.variable;
                 let slope = facing.dh[variable];
                 if variable != local::FACE && !slope.vanishes() {
                     let row = (node * rows + active.row) * n_u;
@@ -458,6 +476,13 @@ impl<S: Real> State<S> {
             }
         }
     }
+}
+
+/// The rows of the leader and those of one follower among a node's rows.
+#[inline]
+pub(crate) fn split<S>(rows: &mut [S], follower: usize) -> Option<(&mut [S; 5], &mut [S; 4])> {
+    let (leader, own) = rows.split_first_chunk_mut()?;
+    Some((leader, own[4 * follower..].first_chunk_mut()?))
 }
 
 /// Row number of local variable `variable` of a follower among a node's rows.

@@ -7,7 +7,7 @@
 
 use super::command::{Command, CommandProblem, Drive, Formulation, Settings};
 use super::edges::{carried, edge_estimate, has_edge};
-use super::newton::{LONGEST, Point, System, Workspace, add_step};
+use super::newton::{LONGEST, MOST_REUSES, NEAREST, Point, System, Workspace, add_step};
 use super::path::{hold_locked, solve_into};
 use super::{Actuator, Equilibrium, Statistics, Status};
 use crate::analysis::shape::tip_pose;
@@ -278,21 +278,20 @@ impl Batch {
         let all = every::<Lanes>();
         let mut lost = 0;
         if known {
-            lanes.compose(system);
+            lanes.compose_residual(system);
         } else {
             lost |= lanes.evaluate_consistent(system, point);
         }
         let n_u = system.layout.unknowns();
+        // How far the last tangent saw the equilibrium.
+        let mut distance = Lanes::splat(0.0);
         for turn in 0..=MOST_STEPS {
-            let mut waiting = 0;
-            for residual in &lanes.residual {
-                waiting |= residual.unless(|r| r.abs() <= settings.tolerance);
-            }
-            waiting &= !lost;
+            let before = largest(&lanes.residual);
+            let waiting = !arrived(before, distance, settings) & all & !lost;
             if waiting == 0 {
                 break;
             }
-            if turn == MOST_STEPS || lost == all {
+            if turn == MOST_STEPS {
                 lost |= waiting;
                 break;
             }
@@ -301,28 +300,39 @@ impl Batch {
             step.extend(lanes.residual.iter().map(|r| -*r));
             lanes.solve(step, 1);
             let length = norm(step);
-            let largest = step[..n_u]
-                .iter()
-                .fold(Lanes::splat(0.0), |most, s| Lanes::from_lanes(|l| most.lane(l).max(s.lane(l).abs())));
-            lost |= waiting & largest.unless(|s| s < LONGEST);
+            lost |= waiting & largest(&step[..n_u]).unless(|s| s < LONGEST);
             let moves = waiting & !lost;
-            let factor = Lanes::from_lanes(|l| if moves >> l & 1 == 1 { 1.0 } else { 0.0 });
-            for s in step.iter_mut() {
-                *s = Lanes::from_lanes(|l| if moves >> l & 1 == 1 { s.lane(l) } else { 0.0 });
-            }
             trial.copy(point);
-            add_step(system, trial, &lanes.units, step, factor);
-            lost |= moves & lanes.evaluate_consistent(system, trial);
-            correction.clear();
-            correction.extend_from_slice(&lanes.residual);
-            lanes.solve(correction, 1);
-            let shorter = norm(correction);
+            advance(system, trial, &lanes.units, step, moves, 1.0);
+            lost |= moves & lanes.evaluate_residual(system, trial);
+            lanes.correct(correction);
+            distance = norm(correction);
             // As a single solve accepts a full step.
-            let grows = Lanes::from_lanes(|l| shorter.lane(l) / length.lane(l)).unless(|r| r <= 0.75);
+            let grows = Lanes::from_lanes(|l| distance.lane(l) / length.lane(l)).unless(|r| r <= 0.75);
             lost |= moves & grows;
-            for (l, steps) in steps.iter_mut().enumerate() {
-                *steps += usize::from(moves >> l & 1 == 1);
+            count(&mut steps, moves);
+            // The same tangent again, as in a single solve, where it promises to do for all.
+            let mut reached = largest(&lanes.residual);
+            let mut ratio = reached * 2.0 / before;
+            for left in (1..=MOST_REUSES).rev() {
+                let pending = moves & !lost & !arrived(reached, distance, settings);
+                let rest = ratio.map(|r| r.powi(left));
+                if pending == 0 || pending & !arrived(reached * rest, distance * rest, settings) != 0 {
+                    break;
+                }
+                advance(system, trial, &lanes.units, correction, pending, -1.0);
+                lost |= pending & lanes.evaluate_residual(system, trial);
+                let after = largest(&lanes.residual);
+                ratio = after / reached;
+                lost |= pending & ratio.unless(|r| r < 0.5);
+                lanes.correct(correction);
+                (reached, distance) = (after, norm(correction));
+                count(&mut steps, pending);
             }
+            if lost == all {
+                break;
+            }
+            lost |= moves & lanes.complete(system, trial);
             std::mem::swap(point, trial);
         }
         let mut solved = all & !lost;
@@ -340,6 +350,37 @@ impl Batch {
         }
         (solved, steps)
     }
+}
+
+/// Lanes in which residual and distance are those of an equilibrium.
+fn arrived(residual: Lanes, distance: Lanes, settings: &Settings) -> u64 {
+    residual.mask(|r| r <= settings.tolerance) & distance.mask(|d| d <= NEAREST)
+}
+
+/// Adds `factor` times a step in the lanes that move; the others stay where they are.
+fn advance(
+    system: &System,
+    point: &mut Point<Lanes>,
+    units: &[f64],
+    step: &mut [Lanes],
+    moves: u64,
+    factor: f64,
+) {
+    for s in step.iter_mut() {
+        *s = Lanes::from_lanes(|l| if moves >> l & 1 == 1 { s.lane(l) } else { 0.0 });
+    }
+    add_step(system, point, units, step, Lanes::splat(factor));
+}
+
+fn count(steps: &mut [usize; WIDTH], moves: u64) {
+    for (l, steps) in steps.iter_mut().enumerate() {
+        *steps += usize::from(moves >> l & 1 == 1);
+    }
+}
+
+fn largest(v: &[Lanes]) -> Lanes {
+    let zero = Lanes::splat(0.0);
+    v.iter().fold(zero, |most, x| Lanes::from_lanes(|l| most.lane(l).max(x.lane(l).abs())))
 }
 
 fn norm(v: &[Lanes]) -> Lanes {

@@ -14,7 +14,7 @@ use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
-use crate::real::{Each, Real};
+use crate::real::{Each, Real, every};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
 use crate::statics::{Loads, RotationKnob, printed};
 use num_traits::Zero;
@@ -114,8 +114,8 @@ pub struct Workspace<S: Real = f64> {
     pub(crate) residual: Vec<S>,
     pub(crate) matrix: Vec<S>,
     lu: Lu<S>,
-    /// The matrix with the penalties of its conditions, and their weights.
-    penalised: Vec<S>,
+    /// Rows of the conditions as they were factored, and the weights of their penalties.
+    conditions: Vec<S>,
     weights: Vec<S>,
     /// Unit of every coordinate.
     pub(crate) units: Vec<f64>,
@@ -164,35 +164,47 @@ impl<S: Real> Workspace<S> {
     /// Residual and Jacobian of the consistent formulation at a point, scaled. Returns the lanes in which it
     /// describes no bundle.
     pub(crate) fn evaluate_consistent(&mut self, system: &System, point: &Point<S>) -> u64 {
+        let broken = self.evaluate_residual(system, point);
+        if broken == every::<S>() { broken } else { broken | self.complete(system, point) }
+    }
+
+    /// The residual alone, at a fraction of the cost; the factors stay those of the last tangent.
+    pub(crate) fn evaluate_residual(&mut self, system: &System, point: &Point<S>) -> u64 {
         let System { robot, layout, .. } = *system;
         self.begin();
-        let broken = self.state.evaluate(robot, layout, &point.coordinates, true);
-        if broken == crate::real::every::<S>() {
+        let broken = self.state.evaluate(robot, layout, &point.coordinates);
+        if broken == every::<S>() {
             return broken;
         }
+        if !system.loads.first().is_empty() {
+            self.poses.evaluate(robot, layout, &self.state);
+            self.posed = Posed::Values;
+        }
+        let setting = system.setting();
+        self.assembly.residual(&setting, &point.coordinates, &self.state, &self.poses, &point.efforts);
+        self.compose_residual(system);
+        broken | self.residual.iter().fold(0, |mask, r| mask | r.unless(f64::is_finite))
+    }
+
+    /// Adds the tangent to the residual evaluated last, at the same point.
+    pub(crate) fn complete(&mut self, system: &System, point: &Point<S>) -> u64 {
+        let System { robot, layout, .. } = *system;
+        let broken = self.state.differentiate(robot, layout, &point.coordinates);
         let loads = system.loads.first();
         if !loads.is_empty() {
-            self.posed = Posed::Rows;
-            self.poses.evaluate(robot, layout, &self.state);
             let everywhere = loads.gravity.is_some() || !loads.distributed.is_empty();
             self.poses.differentiate(layout, &self.state, everywhere);
+            self.posed = Posed::Rows;
         }
-        self.assembly.assemble(
-            &system.setting(),
-            &point.coordinates,
-            &self.state,
-            &self.poses,
-            &point.efforts,
-            true,
-        );
-        self.compose(system);
-        let finite = self.residual.iter().fold(0, |mask, r| mask | r.unless(f64::is_finite));
-        broken | finite
+        self.assembly.tangent(&system.setting(), &self.state, &self.poses, &point.efforts);
+        self.compose_matrix(system);
+        self.factored = false;
+        broken
     }
 
     fn begin(&mut self) {
         self.evaluations += 1;
-        (self.mark, self.factored, self.posed) = (0, false, Posed::None);
+        (self.mark, self.posed) = (0, Posed::None);
     }
 
     /// Poses of the state evaluated last.
@@ -217,71 +229,66 @@ impl<S: Real> Workspace<S> {
         mark != 0 && mark == self.mark && self.assembly.robot() == robot.serial
     }
 
-    /// Puts residual and KKT matrix together.
-    pub(crate) fn compose(&mut self, system: &System) {
+    /// Puts the residual together.
+    pub(crate) fn compose_residual(&mut self, system: &System) {
         let layout = system.layout;
         let scale = Scale::of(system.robot);
         scale.units(layout, &mut self.units);
-        let n_u = layout.unknowns();
-        let n = n_u + condition_count(system);
+        let inverse = 1.0 / scale.energy;
         self.residual.clear();
-        self.residual.resize(n, S::zero());
+        let slopes = self.assembly.gradient.iter().zip(&self.units);
+        self.residual.extend(slopes.map(|(slope, unit)| *slope * (unit * inverse)));
+        for (f, which, factor) in held(system) {
+            let value = self.assembly.knobs[f][which] - system.wanted::<S>(f, which);
+            self.residual.push(value * factor);
+        }
+        self.residual.extend(self.assembly.edges.iter().map(|edge| *edge * (1.0 / scale.length)));
+    }
+
+    /// Puts the KKT matrix together.
+    fn compose_matrix(&mut self, system: &System) {
+        let layout = system.layout;
+        let scale = Scale::of(system.robot);
+        let (n_u, n) = (layout.unknowns(), self.residual.len());
         self.matrix.clear();
         self.matrix.resize(n * n, S::zero());
         let inverse = 1.0 / scale.energy;
         for i in 0..n_u {
             let unit = self.units[i] * inverse;
-            self.residual[i] = self.assembly.gradient[i] * unit;
             let own = &self.assembly.hessian[i * n_u..(i + 1) * n_u];
             for ((entry, h), other) in self.matrix[i * n..i * n + n_u].iter_mut().zip(own).zip(&self.units) {
                 *entry = *h * (unit * other);
             }
         }
-        let mut at = n_u;
-        for (f, actuator) in system.actuators.first().iter().enumerate() {
-            for (which, drive, unit) in [(0, actuator.push_pull, scale.length), (1, actuator.rotation, 1.0)] {
-                if let Drive::Motion(_) = drive {
-                    let value = self.assembly.knobs[f][which] - system.wanted::<S>(f, which);
-                    let row = std::mem::take(&mut self.assembly.knob_rows[f][which]);
-                    self.condition(at, value, &row, -1.0 / unit);
-                    self.assembly.knob_rows[f][which] = row;
-                    at += 1;
-                }
+        let Self { matrix, units, assembly, .. } = self;
+        let knobs = held(system).map(|(f, which, factor)| (&assembly.knob_rows[f][which], factor));
+        let edges = assembly.edge_rows.iter().map(|row| (row, 1.0 / scale.length));
+        for (at, (row, factor)) in (n_u..n).zip(knobs.chain(edges)) {
+            for (j, (slope, unit)) in row.iter().zip(&*units).enumerate() {
+                let entry = *slope * (factor * unit);
+                matrix[at * n + j] = entry;
+                matrix[j * n + at] = entry;
             }
         }
-        for b in 0..self.assembly.edge_rows.len() {
-            let row = std::mem::take(&mut self.assembly.edge_rows[b]);
-            self.condition(at, self.assembly.edges[b], &row, 1.0 / scale.length);
-            self.assembly.edge_rows[b] = row;
-            at += 1;
-        }
-    }
-
-    /// Adds condition number `at`.
-    fn condition(&mut self, at: usize, value: S, row: &[S], factor: f64) {
-        let n = self.residual.len();
-        for (j, (slope, unit)) in row.iter().zip(&self.units).enumerate() {
-            let entry = *slope * (factor * unit);
-            self.matrix[at * n + j] = entry;
-            self.matrix[j * n + at] = entry;
-        }
-        self.residual[at] = value * factor;
     }
 
     /// Factors the tangent with its penalties by elimination in order; returns the lanes in which that was good.
     pub(crate) fn factor_in_order(&mut self, system: &System) -> u64 {
         let (n, n_u) = (self.residual.len(), system.layout.unknowns());
-        self.penalised.clone_from(&self.matrix);
-        self.weights.clear();
-        for own in self.matrix.chunks_exact(n).skip(n_u).map(|row| &row[..n_u]) {
+        let Self { matrix, conditions, weights, lu, .. } = self;
+        weights.clear();
+        conditions.clear();
+        let factors = lu.take(matrix, n);
+        for own in matrix.chunks_exact(n).skip(n_u).map(|row| &row[..n_u]) {
             let weight = S::splat(PENALTY) / (dot(own, own) + f64::MIN_POSITIVE);
-            for (target, &entry) in self.penalised.chunks_exact_mut(n).zip(own) {
+            for (target, &entry) in factors.chunks_exact_mut(n).zip(own) {
                 axpy(&mut target[..n_u], weight * entry, own);
             }
-            self.weights.push(weight);
+            weights.push(weight);
+            conditions.extend_from_slice(own);
         }
         self.factors = Factors::InOrder;
-        self.lu.factor_in_order(&self.penalised, n, n_u)
+        self.lu.eliminate_in_order(n_u)
     }
 
     /// Solves with the factored tangent; `right` is n × columns, row-major.
@@ -291,7 +298,7 @@ impl<S: Real> Workspace<S> {
             let n_u = n - self.weights.len();
             let (above, below) = right.split_at_mut(n_u * columns);
             for ((row, weight), own) in
-                self.penalised.chunks_exact(n).skip(n_u).zip(&self.weights).zip(below.chunks_exact(columns))
+                self.conditions.chunks_exact(n_u).zip(&self.weights).zip(below.chunks_exact(columns))
             {
                 for (target, &entry) in above.chunks_exact_mut(columns).zip(row) {
                     axpy(target, *weight * entry, own);
@@ -299,6 +306,12 @@ impl<S: Real> Workspace<S> {
             }
         }
         self.lu.solve(right, columns);
+    }
+
+    /// What the tangent factored last makes of the residual.
+    pub(crate) fn correct(&self, correction: &mut Vec<S>) {
+        correction.clone_from(&self.residual);
+        self.solve(correction, 1);
     }
 }
 
@@ -336,18 +349,23 @@ impl Workspace {
         let System { robot, layout, .. } = *system;
         let setting = system.setting();
         self.begin();
-        if self.state.evaluate(robot, layout, &point.coordinates, true) != 0 {
+        if self.state.evaluate(robot, layout, &point.coordinates) != 0
+            || self.state.differentiate(robot, layout, &point.coordinates) != 0
+        {
             return Err(Infeasible);
         }
         self.poses.evaluate(robot, layout, &self.state);
         self.poses.differentiate(layout, &self.state, true);
         self.posed = Posed::Rows;
         let Self { state, poses, assembly, .. } = self;
-        assembly.assemble(&setting, &point.coordinates, state, poses, &point.efforts, false);
+        assembly.residual(&setting, &point.coordinates, state, poses, &point.efforts);
+        assembly.condition_rows(&setting, state);
         let n_u = layout.unknowns();
-        self.assembly.hessian.clear();
-        self.assembly.hessian.resize(n_u * n_u, 0.0);
-        self.compose(system);
+        assembly.hessian.clear();
+        assembly.hessian.resize(n_u * n_u, 0.0);
+        self.compose_residual(system);
+        self.compose_matrix(system);
+        self.factored = false;
         let n = self.residual.len();
         let energy = Scale::of(robot).energy;
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
@@ -355,11 +373,13 @@ impl Workspace {
         let unloaded = Loads::none();
         let fields = Setting { loads: Each::same(&unloaded), ..setting };
         let mut projected = |at: &Point| -> Result<Vec<f64>, Infeasible> {
-            if state.evaluate(robot, layout, &at.coordinates, true) != 0 {
+            if state.evaluate(robot, layout, &at.coordinates) != 0
+                || state.differentiate(robot, layout, &at.coordinates) != 0
+            {
                 return Err(Infeasible);
             }
             poses.evaluate(robot, layout, &state);
-            assembly.assemble(&fields, &at.coordinates, &state, &poses, &at.efforts, false);
+            assembly.residual(&fields, &at.coordinates, &state, &poses, &at.efforts);
             let mut result = Vec::new();
             printed::residual(
                 &setting,
@@ -430,13 +450,15 @@ impl Workspace {
     ) -> Result<(), Failure> {
         if evaluated {
             self.mark = 0;
-            self.compose(system);
+            self.compose_residual(system);
         } else {
             self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
         }
+        // How far the last tangent saw the equilibrium from the point.
+        let mut distance = 0.0;
         for _ in 0..settings.iterations {
             let reached = self.largest();
-            if reached <= settings.tolerance {
+            if reached <= settings.tolerance && distance <= NEAREST {
                 return Ok(());
             }
             self.factor(system)?;
@@ -453,12 +475,15 @@ impl Workspace {
             let mut factor = self.longest();
             loop {
                 self.advance(system, point, factor);
-                let trial = std::mem::take(&mut self.trial);
-                let evaluated = self.evaluate(system, &trial);
-                self.trial = trial;
-                if evaluated.is_ok() && self.shrinks(length, factor) {
-                    std::mem::swap(point, &mut self.trial);
-                    break;
+                if self.try_trial(system) && self.shrinks(length, factor) {
+                    if factor >= 1.0 {
+                        self.reuse_tangent(system, settings.tolerance, reached);
+                    }
+                    if self.complete_trial(system) {
+                        distance = norm(&self.correction);
+                        std::mem::swap(point, &mut self.trial);
+                        break;
+                    }
                 }
                 if reached <= FLOOR {
                     // Rounding is all that is left.
@@ -480,12 +505,66 @@ impl Workspace {
     /// residual's norm it does not depend on how equations are scaled, and so does not stop at long steps along
     /// a curved valley of the energy.
     fn shrinks(&mut self, length: f64, factor: f64) -> bool {
-        self.correction.clear();
-        self.correction.extend_from_slice(&self.residual);
-        let mut correction = std::mem::take(&mut self.correction);
-        self.solve(&mut correction, 1);
-        self.correction = correction;
+        self.find_correction();
         norm(&self.correction) <= (1.0 - 0.25 * factor) * length
+    }
+
+    /// Evaluates the residual at `trial`; true where it is one.
+    fn try_trial(&mut self, system: &System) -> bool {
+        let trial = std::mem::take(&mut self.trial);
+        let broken = if system.formulation == Formulation::Consistent {
+            self.evaluate_residual(system, &trial) != 0
+        } else {
+            self.evaluate(system, &trial).is_err()
+        };
+        self.trial = trial;
+        !broken
+    }
+
+    /// Adds the tangent to the residual at `trial`.
+    fn complete_trial(&mut self, system: &System) -> bool {
+        let trial = std::mem::take(&mut self.trial);
+        let whole = system.formulation == Formulation::Printed || self.complete(system, &trial) == 0;
+        self.trial = trial;
+        whole
+    }
+
+    /// Moves `trial` on with the tangent of the step that led to it, as long as that promises to come below the tolerance in
+    /// fewer operations than a new one: each time the residual shrinks by about the same ratio, twice that of the whole step
+    /// from `before`. `correction` holds what the tangent makes of the residual.
+    fn reuse_tangent(&mut self, system: &System, tolerance: f64, before: f64) {
+        if system.formulation == Formulation::Printed {
+            return;
+        }
+        let mut reached = self.largest();
+        let mut ratio = 2.0 * reached / before;
+        for left in (1..=MOST_REUSES).rev() {
+            let distance = norm(&self.correction);
+            let promises = |value: f64, bound: f64| value * ratio.powi(left) <= bound;
+            if (reached <= tolerance && distance <= NEAREST)
+                || !promises(reached, tolerance)
+                || !promises(distance, NEAREST)
+            {
+                return;
+            }
+            add_step(system, &mut self.trial, &self.units, &self.correction, -1.0);
+            let shrunk = self.try_trial(system) && self.largest() < 0.5 * reached;
+            if !shrunk {
+                add_step(system, &mut self.trial, &self.units, &self.correction, 1.0);
+                self.try_trial(system);
+                return;
+            }
+            self.iterations += 1;
+            ratio = self.largest() / reached;
+            reached = self.largest();
+            self.find_correction();
+        }
+    }
+
+    fn find_correction(&mut self) {
+        let mut correction = std::mem::take(&mut self.correction);
+        self.correct(&mut correction);
+        self.correction = correction;
     }
 
     fn largest(&self) -> f64 {
@@ -545,14 +624,13 @@ pub fn generalised_forces(
     let setting = Setting { robot, layout: &layout, loads: Each::same(&command.loads), knob: command.knob };
     workspace.begin();
     let Workspace { state, poses, assembly, .. } = workspace;
-    if state.evaluate(robot, &layout, &point.coordinates, true) != 0 {
+    if state.evaluate(robot, &layout, &point.coordinates) != 0 {
         return None;
     }
     if !command.loads.is_empty() {
         poses.evaluate(robot, &layout, state);
-        poses.differentiate(&layout, state, true);
     }
-    assembly.assemble(&setting, &point.coordinates, state, poses, &point.efforts, false);
+    assembly.residual(&setting, &point.coordinates, state, poses, &point.efforts);
     Some(GeneralisedForces { forces: assembly.gradient.clone(), motions: assembly.knobs.clone() })
 }
 
@@ -597,6 +675,10 @@ const PENALTY: f64 = 10.0;
 const DIFFERENCE: f64 = 1e-5;
 /// Below this the scaled residual is rounding error of the assembly.
 pub(crate) const FLOOR: f64 = 1e-8;
+/// Largest distance from the equilibrium in scaled unknowns: near a bifurcation residuals vanish early.
+pub(crate) const NEAREST: f64 = 1e-9;
+/// How often a tangent serves once more at most.
+pub(crate) const MOST_REUSES: i32 = 3;
 /// Shortest part of a Newton step that is tried.
 const SHORTEST: f64 = 1.0 / 4096.0;
 /// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.
@@ -606,11 +688,19 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+/// Actuators whose motion is prescribed: follower, push-pull (0) or rotation (1), and the factor that scales the condition.
+fn held<'a>(system: &System<'a>) -> impl Iterator<Item = (usize, usize, f64)> + use<'a> {
+    let length = system.robot.length();
+    system.actuators.first().iter().enumerate().flat_map(move |(f, actuator)| {
+        let drives = [(0, actuator.push_pull, -1.0 / length), (1, actuator.rotation, -1.0)];
+        drives
+            .into_iter()
+            .filter(|(_, drive, _)| drive.is_motion())
+            .map(move |(which, _, factor)| (f, which, factor))
+    })
+}
+
 /// How many conditions join the gradient.
 pub(crate) fn condition_count(system: &System) -> usize {
-    let held = |a: &Actuator| {
-        usize::from(matches!(a.push_pull, Drive::Motion(_)))
-            + usize::from(matches!(a.rotation, Drive::Motion(_)))
-    };
-    system.actuators.first().iter().map(held).sum::<usize>() + system.layout.edges.len()
+    held(system).count() + system.layout.edges.len()
 }

@@ -398,10 +398,13 @@ impl Case {
 
     pub fn assemble(&self, knob: RotationKnob, u: &[f64]) -> Assembly {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
-        assert_eq!(state.evaluate(&self.robot, &self.layout, u, true), 0);
+        assert_eq!(state.evaluate(&self.robot, &self.layout, u), 0);
+        assert_eq!(state.differentiate(&self.robot, &self.layout, u), 0);
         poses.evaluate(&self.robot, &self.layout, &state);
         poses.differentiate(&self.layout, &state, true);
-        assembly.assemble(&self.setting(knob), u, &state, &poses, &self.efforts, true);
+        let setting = self.setting(knob);
+        assembly.residual(&setting, u, &state, &poses, &self.efforts);
+        assembly.tangent(&setting, &state, &poses, &self.efforts);
         assembly
     }
 

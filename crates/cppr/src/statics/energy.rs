@@ -3,13 +3,14 @@
 //! ω = |h| · ½ [GJ Δτ² + EI_Y κ_Y² + EI_Z κ_Z² + EA e²] in the strains of `kinematics::follower`; all
 //! stiffnesses are taken at the facing abscissa x_k and differentiated with it.
 
-use crate::design::fields::FieldJets;
+use crate::design::fields::{FieldJets, Jet};
 use crate::kinematics::follower::{Facing, Row, local};
 use crate::real::Real;
 use local::{COUNT, DTH, E1, EK, FACE, KX, KY, KZ, TH, X};
 
 /// ω with its slopes by (|h|, a, p, r, x, e).
-struct Inner<S> {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inner<S = f64> {
     value: S,
     slope: [S; 6],
     inverse: S,
@@ -17,7 +18,8 @@ struct Inner<S> {
     stretched: S,
 }
 
-fn inner<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> Inner<S> {
+/// ω of one follower at one node.
+pub(crate) fn inner<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> Inner<S> {
     let Facing { h, a, p, r, .. } = *facing;
     let [gj, gj1, _] = fields.torsion;
     let [y, y1, _] = fields.bending_y;
@@ -54,17 +56,35 @@ fn bends<S: Real>(facing: &Facing<S>) -> [Row<S>; 2] {
 
 /// Energy density and its gradient over the local variables.
 pub(crate) fn gradient<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> (S, Row<S>) {
-    let Inner { value, slope, .. } = inner(facing, stretch, fields);
-    let [by_p, by_r] = bends(facing);
-    let mut gradient = facing.dh.map(|dh| slope[0] * dh);
-    for v in [KY, KZ, TH] {
-        gradient[v] += slope[2] * by_p[v] + slope[3] * by_r[v];
+    let inner = inner(facing, stretch, fields);
+    (inner.value, inner.gradient(facing))
+}
+
+impl<S: Real> Inner<S> {
+    /// ω (N).
+    pub fn value(&self) -> S {
+        self.value
     }
-    gradient[KX] += slope[1];
-    gradient[DTH] -= slope[1];
-    gradient[FACE] += slope[4];
-    gradient[EK] += slope[5];
-    (value, gradient)
+
+    /// Its slopes by the local variables.
+    #[inline]
+    pub fn gradient(&self, facing: &Facing<S>) -> Row<S> {
+        let [by_h, by_a, by_p, by_r, by_x, by_e] = self.slope;
+        let Facing { sin, cos, p, r, dh, .. } = facing;
+        let mut gradient = *dh;
+        for slope in &mut gradient {
+            *slope *= by_h;
+        }
+        // p = c K_Y − s K_Z and r = s K_Y + c K_Z.
+        gradient[KY] = gradient[KY].plus(by_p, *cos).plus(by_r, *sin);
+        gradient[KZ] = gradient[KZ].plus(by_r, *cos).plus(-by_p, *sin);
+        gradient[TH] = gradient[TH].plus(by_r, *p).plus(-by_p, *r);
+        gradient[KX] += by_a;
+        gradient[DTH] -= by_a;
+        gradient[FACE] += by_x;
+        gradient[EK] += by_e;
+        gradient
+    }
 }
 
 /// ∂ω/∂|h|.
@@ -77,20 +97,22 @@ pub(crate) fn by_rate<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJet
 /// adds together with its own.
 pub(crate) fn second<S: Real>(
     facing: &Facing<S>,
+    inner: &Inner<S>,
     stretch: S,
     fields: &FieldJets<S>,
-    weight: S,
+    weight: f64,
     variables: &[usize],
     add: &mut impl FnMut(usize, usize, S),
 ) -> S {
-    let Inner { slope, inverse, tau, stretched, .. } = inner(facing, stretch, fields);
+    let Inner { slope, inverse, tau, stretched, .. } = *inner;
     let Facing { h, a, p, r, sin, cos, dh } = facing;
-    let [gj, gj1, gj2] = fields.torsion.map(|v| v * weight);
-    let [y, y1, y2] = fields.bending_y.map(|v| v * weight);
-    let [z, z1, z2] = fields.bending_z.map(|v| v * weight);
+    let weighted = |[a, b, c]: Jet<S>| (a * weight, b * weight, c * weight);
+    let (gj, gj1, gj2) = weighted(fields.torsion);
+    let (y, y1, y2) = weighted(fields.bending_y);
+    let (z, z1, z2) = weighted(fields.bending_z);
     let [_, _, f1, f2] = fields.direction;
     let known = fields.axial[0].mask(f64::is_finite) != 0;
-    let [ea, ea1, ea2] = if known { fields.axial.map(|v| v * weight) } else { [S::zero(); 3] };
+    let (ea, ea1, ea2) = if known { weighted(fields.axial) } else { (S::zero(), S::zero(), S::zero()) };
     let i2 = inverse * inverse;
     let half_tau2 = tau * tau * 0.5;
     let q = y * *p * *p + z * *r * *r;
@@ -109,8 +131,11 @@ pub(crate) fn second<S: Real>(
         + q2 * inverse * 0.5;
     let [by_p, by_r] = bends(facing);
     // Slopes by |h| of everything but |h|, and by x.
-    let mut by_h: Row<S> = std::array::from_fn(|v| hp * by_p[v] + hr * by_r[v]);
-    let mut by_x: Row<S> = std::array::from_fn(|v| px * by_p[v] + rx * by_r[v]);
+    let (mut by_h, mut by_x) = ([S::zero(); COUNT], [S::zero(); COUNT]);
+    for v in [KY, KZ, TH] {
+        by_h[v] = (hp * by_p[v]).plus(hr, by_r[v]);
+        by_x[v] = (px * by_p[v]).plus(rx, by_r[v]);
+    }
     by_h[KX] += ha;
     by_h[DTH] -= ha;
     by_h[FACE] += hx;
@@ -148,7 +173,7 @@ pub(crate) fn second<S: Real>(
         add(EK, EK, *h * ea);
     }
     if has(TH) {
-        let (of_p, of_r) = (weight * slope[2], weight * slope[3]);
+        let (of_p, of_r) = (slope[2] * weight, slope[3] * weight);
         add(TH, TH, -of_p * *p - of_r * *r);
         add(KY, TH, of_r * *cos - of_p * *sin);
         add(KZ, TH, -of_p * *cos - of_r * *sin);

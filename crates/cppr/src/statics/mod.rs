@@ -6,6 +6,8 @@ mod check;
 #[cfg(test)]
 mod check_parameters;
 pub(crate) mod energy;
+mod gradient;
+mod hessian;
 pub mod load;
 pub(crate) mod printed;
 pub(crate) mod stiffness;

@@ -1,4 +1,4 @@
-//! What the loads contribute to gradient and Hessian of the Lagrangian.
+//! What the loads contribute to the Hessian of the Lagrangian, and the forces at the points.
 //!
 //! Every load is a force and a moment about the centre at a point of the robot; its generalised force is
 //! Q = Σ (c_u · f + φ_u · m) with the rows c_u and φ_u of the poses. The second derivatives of positions are
@@ -7,15 +7,14 @@
 
 use super::assembly::{Assembly, Setting, add_outer};
 use super::load::Applied;
-use crate::dense::{add_rows, add_three, axpy, column, cross, product, times};
+use crate::dense::{add_rows, add_scaled, axpy, column, cross, dot, inner, product, times};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
-use crate::kinematics::magnus::PARTS;
-use crate::kinematics::pose::{Poses, point, stretch_row, turning, turning_unknown};
+use crate::kinematics::pose::{Poses, point, stretch_row, tangent, turning, turning_unknown};
 use crate::kinematics::so3::{self, hat};
 use crate::kinematics::state::{State, row};
 use crate::real::Real;
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 impl<S: Real> Assembly<S> {
     /// World forces and moments at every point, all loads together.
@@ -69,62 +68,25 @@ impl<S: Real> Assembly<S> {
         }
     }
 
-    pub(super) fn load_gradient(&mut self, poses: &Poses<S>) {
-        let posed = poses.posed;
-        let gradient = &mut self.gradient[..posed];
-        for (at, (force, moment)) in self.point_force.iter().zip(&self.point_moment).enumerate() {
-            let rows = at * 3 * posed..(at + 1) * 3 * posed;
-            if force.iter().any(|f| !f.vanishes()) {
-                add_rows(gradient, &-force, &poses.shift[rows.clone()]);
-            }
-            if moment.iter().any(|m| !m.vanishes()) {
-                add_rows(gradient, &-moment, &poses.spin[rows]);
-            }
-        }
-    }
-
     /// Minus the derivative of the loads' generalised force.
-    pub(super) fn load_hessian(
-        &mut self,
-        setting: &Setting,
-        state: &State<S>,
-        poses: &Poses<S>,
-        concentrated: &[(usize, Applied<S>)],
-    ) {
+    pub(super) fn load_hessian(&mut self, setting: &Setting, state: &State<S>, poses: &Poses<S>) {
         let Setting { layout, .. } = setting;
-        for (at, load) in concentrated {
+        let concentrated = std::mem::take(&mut self.concentrated);
+        for (at, load) in &concentrated {
             self.concentrated_hessian(poses, *at, load);
         }
+        self.concentrated = concentrated;
         self.distributed_hessian(setting, state, poses);
-        let mut force = Vector3::zeros();
-        let mut moment = Vector3::zeros();
-        for (e, element) in layout.elements.iter().enumerate().rev() {
-            let rule = &layout.rules[element.rule];
-            let (n, length) = (rule.n, state.lengths[e]);
-            force += self.point_force[point(layout, e, n)];
-            moment += self.point_moment[point(layout, e, n)];
+        for (e, element) in layout.elements.iter().enumerate() {
+            let n = layout.rules[element.rule].n;
             let count = turning(layout, e);
-            for block in [&mut self.block, &mut self.half] {
-                block.clear();
-                block.resize(count * count, S::zero());
+            self.block.clear();
+            self.block.resize(count * count, S::zero());
+            for i in 0..=n {
+                self.step_hessian(layout, state, poses, e, i);
+                self.spin_hessian(layout, state, poses, e, i);
             }
-            self.step_hessian(layout, state, poses, e, n, &moment);
-            let mut spread = Vector3::zeros();
-            for i in (0..n).rev() {
-                let at = point(layout, e, i);
-                let mut inner = force * S::splat(rule.weights[i]);
-                for k in 0..n {
-                    inner += self.point_force[point(layout, e, k)] * S::splat(rule.from_start[k * n + i]);
-                }
-                spread += self.point_force[at];
-                self.centreline_hessian(layout, state, poses, e, i, &inner);
-                let t: Vector3<S> = poses.rotation[at].column(0).into_owned();
-                moment += t.cross(&inner) * (length * poses.stretch[element.first_node + i])
-                    + self.point_moment[at];
-                self.step_hessian(layout, state, poses, e, i, &moment);
-            }
-            force += spread;
-            self.add_blocks(layout, e, state.unknowns);
+            self.add_block(layout, state, e);
         }
     }
 
@@ -246,41 +208,78 @@ impl<S: Real> Assembly<S> {
         (self.stretch_row, self.turn_row) = (fall, swing);
     }
 
-    /// The centreline's part at a node: −n·∂²(g t) without the part through second rotations, `inner` the
-    /// force per unit length there.
-    fn centreline_hessian(
-        &mut self,
-        layout: &Layout,
-        state: &State<S>,
-        poses: &Poses<S>,
-        e: usize,
-        i: usize,
-        inner: &Vector3<S>,
-    ) {
-        let (n_u, posed) = (state.unknowns, poses.posed);
-        let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
-        let (length, g) = (state.lengths[e], poses.stretch[node]);
-        let t: Vector3<S> = poses.rotation[at].column(0).into_owned();
-        let turning = (inner * t.transpose() - Matrix3::identity() * inner.dot(&t)) * (-length * g);
-        let push = inner.dot(&t);
+    /// What the spin φ of a point does: to the centreline's rate there, if it is a node, and to the rotation step after it.
+    /// With n the force that the rate feels, A = −ℓ g (n tᵀ − n·t 1), u = t × n and r = dg/du,
+    /// −n·∂²(g t) = φ_aᵀ A φ_b − ℓ (u·φ_a r_b + r_a u·φ_b), without the part through second rotations; and with the moment μ
+    /// from that step on, −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b.
+    fn spin_hessian(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
+        let (n_u, posed, edges) = (state.unknowns, poses.posed, layout.edges.len());
+        let (element, at) = (&layout.elements[e], point(layout, e, i));
+        let (length, is_node) = (state.lengths[e], i < layout.rules[element.rule].n);
+        let next =
+            if is_node { Some((e, i + 1)) } else { (e + 1 < layout.elements.len()).then_some((e + 1, 0)) };
         let spin = &poses.spin[at * 3 * posed..(at + 1) * 3 * posed];
-        stretch_row(layout, state, e, node, &mut self.stretch_row);
-        // Turn of t along the force by the unknowns.
-        self.turn_row.clear();
-        self.turn_row.resize(posed, S::zero());
-        add_rows(&mut self.turn_row, &t.cross(inner), spin);
+        let (mut form, mut across, mut stretched) = (Matrix3::zeros(), Vector3::zeros(), 0..0);
+        if is_node {
+            let (felt, node) = (&self.inner[at], element.first_node + i);
+            let t = tangent(&poses.rotation[at]);
+            let (factor, push) = (-length * poses.stretch[node], inner(felt, &t));
+            for row in 0..3 {
+                for column in 0..3 {
+                    form[(row, column)] = felt[row] * t[column] * factor;
+                }
+                form[(row, row)] -= push * factor;
+            }
+            across = cross(&t, felt);
+            stretch_row(layout, state, e, node, &mut self.stretch_row);
+            stretched = if edges > 0 || layout.stretch { 0..posed } else { element.bends_z() };
+        }
+        let step = next.map(|(e, s)| {
+            let moment = &self.moment[at + 1];
+            let step = &poses.steps[at + 1];
+            let lever = product(&hat(moment), &product(&step.before, &step.jacobian));
+            (lever, poses.omega(layout, e, s), layout.elements[e].turning.clone())
+        });
         for a in 0..posed {
+            let own = column(spin, posed, a);
+            let mut left = times(&form, &own);
+            if stretched.contains(&a) {
+                add_scaled(&mut left, -length * self.stretch_row[a], &across);
+            }
+            if let Some((lever, omega, turning)) = &step {
+                let place = if turning.contains(&a) { Some(edges + a - turning.start) } else { None };
+                if let Some(place) = place.or((a < edges).then_some(a)) {
+                    let turned = times(lever, &column(omega, edges + turning.len(), place));
+                    add_scaled(&mut left, S::one(), &turned);
+                }
+            }
             let row = &mut self.hessian[a * n_u..a * n_u + posed];
-            add_rows(row, &times(&turning, &column(spin, posed, a)), spin);
-            axpy(row, -length * self.turn_row[a], &self.stretch_row);
-            let stretch = self.stretch_row[a];
-            if !stretch.vanishes() {
-                axpy(row, -length * stretch, &self.turn_row);
+            add_rows(row, &left, spin);
+            if !stretched.is_empty() {
+                let factor = -length * inner(&across, &own);
+                axpy(&mut row[stretched.clone()], factor, &self.stretch_row[stretched.clone()]);
             }
         }
-        if layout.edges.is_empty() {
-            return;
+        if is_node && edges > 0 {
+            self.moving_centreline(layout, state, poses, e, i);
         }
+    }
+
+    /// The same by what moves the element: its length, and D_1 and K_Z under a moving label.
+    fn moving_centreline(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
+        let (n_u, posed) = (state.unknowns, poses.posed);
+        let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
+        let (felt, length, g) = (&self.inner[at], state.lengths[e], poses.stretch[node]);
+        let t = tangent(&poses.rotation[at]);
+        let push = inner(felt, &t);
+        self.turn_row.clear();
+        self.turn_row.resize(posed, S::zero());
+        add_rows(
+            &mut self.turn_row,
+            &(cross(&t, felt) * g),
+            &poses.spin[at * 3 * posed..(at + 1) * 3 * posed],
+        );
+        axpy(&mut self.turn_row, push, &self.stretch_row);
         let [_, slope, bend] = state.leader_offset[node];
         let kz = state.local[node * layout.rows() + local::KZ];
         let (row_kz, row_x) = (state.z_row(node, local::KZ), state.z_row(node, local::X));
@@ -288,65 +287,80 @@ impl<S: Real> Assembly<S> {
         add_outer(hessian, n_u, -length * push * slope, row_kz, row_x);
         add_outer(hessian, n_u, -length * push * slope, row_x, row_kz);
         add_outer(hessian, n_u, -length * push * bend * kz, row_x, row_x);
-        self.turn_row.iter_mut().for_each(|v| *v *= g);
-        axpy(&mut self.turn_row, push, &self.stretch_row);
         add_outer(hessian, n_u, -S::one(), state.length_row(e), &self.turn_row);
         add_outer(hessian, n_u, -S::one(), &self.turn_row, state.length_row(e));
     }
 
-    /// The part of one rotation step: −μ·∂_b(R J Ω_a), `moment` the moment of everything beyond it. Unknowns that
-    /// turn the step are collected in `block` and `half`; the spin of all before it meets them here.
-    fn step_hessian(
-        &mut self,
-        layout: &Layout,
-        state: &State<S>,
-        poses: &Poses<S>,
-        e: usize,
-        s: usize,
-        moment: &Vector3<S>,
-    ) {
-        let (n_u, posed, count) = (state.unknowns, poses.posed, turning(layout, e));
-        let at = point(layout, e, s);
-        let step = &poses.steps[at];
+    /// The part of one rotation step: −μ·∂_b(R J Ω_a) at fixed R, μ the moment of everything from its end on. What the
+    /// unknowns that turn the step do to each other is collected in `block`, over ℓ².
+    fn step_hessian(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, s: usize) {
+        let count = turning(layout, e);
+        let (element, edges, at) = (&layout.elements[e], layout.edges.len(), point(layout, e, s));
+        let rule = &layout.rules[element.rule];
+        let (step, slope, moment) = (&poses.steps[at], &poses.slopes[at], &self.moment[at]);
         let body = times(&step.before.transpose(), moment);
-        let bend = so3::jacobian_derivative(&step.magnus.omega, &body);
         let y = times(&step.jacobian.transpose(), &body);
-        let second = step.magnus.second(&y);
-        let lever = product(&hat(moment), &product(&step.before, &step.jacobian));
-        let parts = poses.parts(layout, e, s);
-        let (a1, a2) = poses.generators(layout, e, s).split_at(3 * count);
-        let rows = |part: usize| &parts[3 * part * count..3 * (part + 1) * count];
-        let [w, p, q, omega] = [0, 1, 2, PARTS - 1].map(rows);
-        for a in 0..count {
-            let turned = column(omega, count, a);
-            // −Ω_b·(B Ω_a)
-            add_rows(&mut self.block[a * count..(a + 1) * count], &-times(&bend, &turned), omega);
-            let half = &mut self.half[a * count..(a + 1) * count];
-            let first = column(a1, count, a);
-            let factors =
-                [cross(&second.p, &column(p, count, a)), cross(&second.a2, &first), cross(&second.w, &first)];
-            add_three(half, &factors, [q, a2, w]);
-            if at > 0 {
-                // −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b
-                let unknown = turning_unknown(layout, e, a);
-                let before = &poses.spin[(at - 1) * 3 * posed..at * 3 * posed];
-                let row = &mut self.hessian[unknown * n_u..unknown * n_u + posed];
-                add_rows(row, &times(&lever, &turned), before);
+        // In the generators: −Ω_b·(B Ω_a) − y·d²Ω.
+        let bend = so3::jacobian_derivative(&step.magnus.omega, &body, step.coefficients);
+        let form = &mut self.form;
+        step.magnus.second(&y, form);
+        for (a, form) in form.iter_mut().enumerate() {
+            let [u, v, w] = [slope[0][a], slope[1][a], slope[2][a]];
+            let x = (bend[0][0] * u).plus(bend[0][1], v).plus(bend[0][2], w);
+            let y = (bend[1][0] * u).plus(bend[1][1], v).plus(bend[1][2], w);
+            let z = (bend[2][0] * u).plus(bend[2][1], v).plus(bend[2][2], w);
+            for b in 0..9 {
+                form[b] = -form[b].plus(x, slope[0][b]).plus(y, slope[1][b]).plus(z, slope[2][b]);
             }
         }
-        if !layout.edges.is_empty() {
+        // From the generators to the unknowns, first on the left.
+        let by_edge = poses.by_edge(layout, e, s);
+        let of_axis = |axis: usize| rule.shares_of_modes(s, element.modes[axis].1);
+        let shares = [of_axis(0), of_axis(1), of_axis(2)];
+        let mut left = [S::zero(); 9];
+        for a in 0..count {
+            if a < edges {
+                left.fill(S::zero());
+                for (share, form) in by_edge[a].iter().zip(&*form) {
+                    axpy(&mut left, *share, form);
+                }
+            } else {
+                let (axis, mode) = element.turned(a - edges);
+                let [t1, t2, t3] = shares[axis];
+                let [t1, t2, t3] = [S::splat(t1[mode]), S::splat(t2[mode]), S::splat(t3[mode])];
+                for (k, left) in left.iter_mut().enumerate() {
+                    *left = (form[axis][k] * t1).plus(form[3 + axis][k], t2).plus(form[6 + axis][k], t3);
+                }
+            }
+            let row = &mut self.block[a * count..(a + 1) * count];
+            for (entry, by_edge) in row.iter_mut().zip(by_edge) {
+                *entry += dot(&left, by_edge);
+            }
+            let mut rest = &mut row[edges..];
+            for (axis, [t1, t2, t3]) in shares.iter().enumerate() {
+                let (own, others) = rest.split_at_mut(t1.len());
+                rest = others;
+                for (entry, ((t1, t2), t3)) in own.iter_mut().zip(t1.iter().zip(*t2).zip(*t3)) {
+                    *entry = entry
+                        .plus(left[axis], S::splat(*t1))
+                        .plus(left[3 + axis], S::splat(*t2))
+                        .plus(left[6 + axis], S::splat(*t3));
+                }
+            }
+        }
+        if edges > 0 {
             self.moving_step(layout, state, poses, e, s, &y);
         }
     }
 
     /// Puts what the steps of one element have collected into the Hessian.
-    fn add_blocks(&mut self, layout: &Layout, e: usize, n_u: usize) {
-        let count = turning(layout, e);
+    fn add_block(&mut self, layout: &Layout, state: &State<S>, e: usize) {
+        let (count, n_u) = (turning(layout, e), state.unknowns);
+        let squared = state.lengths[e] * state.lengths[e];
         for a in 0..count {
             let row = turning_unknown(layout, e, a) * n_u;
             for b in 0..count {
-                let half = self.half[a * count + b] + self.half[b * count + a];
-                self.hessian[row + turning_unknown(layout, e, b)] += self.block[a * count + b] - half;
+                self.hessian[row + turning_unknown(layout, e, b)] += self.block[a * count + b] * squared;
             }
         }
     }
@@ -369,16 +383,16 @@ impl<S: Real> Assembly<S> {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let magnus = &poses.steps[at].magnus;
-        let pull: SVector<S, 9> = magnus.slope().transpose() * y;
-        let omega = &poses.parts(layout, e, s)[3 * (PARTS - 1) * count..];
+        let pull = magnus.pull(y);
+        let omega = poses.omega(layout, e, s);
         self.turn_row.clear();
         self.turn_row.resize(poses.posed, S::zero());
         for i in 0..count {
             self.turn_row[turning_unknown(layout, e, i)] = y.dot(&column(omega, count, i)) / length;
         }
         let mut along = S::zero();
-        for i in 0..9 {
-            along += pull[i] * magnus.alpha[i / 3][i % 3];
+        for (pull, alpha) in pull.iter().zip(&magnus.alpha) {
+            along += pull.dot(alpha);
         }
         let hessian = &mut self.hessian;
         add_outer(hessian, n_u, -S::one(), length_row, &self.turn_row);
@@ -388,7 +402,7 @@ impl<S: Real> Assembly<S> {
             let node = element.first_node + j;
             let mut share = S::zero();
             for m in 0..3 {
-                share += pull[3 * m] * rule.magnus[m][s * rule.n + j];
+                share += pull[m].x * rule.magnus[m][s * rule.n + j];
             }
             let bend = -share * length * state.leader_twist(node)[1];
             if !bend.vanishes() {

@@ -1,0 +1,230 @@
+//! The gradient 𝓛_u by one pass backwards through everything the nodes' values are made of: what the node at the
+//! end of each integral feels is handed on to what the integral is taken of, down to the modes. No row of derivatives is
+//! needed for it, so that a residual costs a fraction of a tangent.
+
+use super::assembly::{Assembly, Efforts, Setting, turn_at_base};
+use crate::dense::{add_scaled, axpy, axpy_table, cross, inner, times};
+use crate::kinematics::follower::local;
+use crate::kinematics::layout::Joint;
+use crate::kinematics::pose::{Poses, point, tangent};
+use crate::kinematics::state::{State, row, split};
+use crate::real::Real;
+use nalgebra::Vector3;
+
+impl<S: Real> Assembly<S> {
+    /// The adjoints of |h_k| and Δθ_k' at the nodes, from the base to the tip.
+    pub(super) fn adjoints(&mut self, setting: &Setting, state: &State<S>, efforts: &Efforts<S>) {
+        let layout = setting.layout;
+        let (rows, followers) = (layout.rows(), layout.tubes - 1);
+        self.adjoint.resize(layout.nodes * followers, S::zero());
+        self.angle_adjoint.clear();
+        self.angle_adjoint.resize(layout.nodes * followers, S::zero());
+        for f in 0..followers {
+            let slope = turn_at_base(setting, state, f, 1);
+            let mut force = efforts.tension[f] - efforts.torque[f] * slope;
+            let mut torque = -efforts.torque[f];
+            for (e, element) in layout.elements.iter().enumerate() {
+                if let Joint::Edge { follower, unknown } = element.start
+                    && follower == f + 1
+                {
+                    force -= efforts.edge[unknown];
+                }
+                let rule = &layout.rules[element.rule];
+                let (n, length) = (rule.n, state.lengths[e]);
+                let node = |i: usize| element.first_node + i;
+                let h_face = |i: usize| state.facing[node(i) * followers + f].dh[local::FACE];
+                let slope_of =
+                    |s: &Self, i: usize, variable: usize| s.slopes[node(i) * rows + row(f, variable)];
+                // r_i, the force that node i feels along x_k: (1 + ℓ D Bᵀ) r = ℓ (F_x + D w force).
+                self.work.clear();
+                for i in 0..n {
+                    let felt = slope_of(self, i, local::FACE) + h_face(i) * force * rule.weights[i];
+                    self.work.push(length * felt);
+                }
+                if (0..n).any(|i| !h_face(i).vanishes()) {
+                    self.matrix.clear();
+                    for i in 0..n {
+                        for j in 0..n {
+                            let unit = if i == j { 1.0 } else { 0.0 };
+                            self.matrix.push(length * h_face(i) * rule.to_end[j * n + i] + unit);
+                        }
+                    }
+                    // Near the identity, as where the rows of x_k are found.
+                    self.lu.factor_in_order(&self.matrix, n, n);
+                    self.lu.solve(&mut self.work, 1);
+                }
+                let mut spread = S::zero();
+                self.spread.clear();
+                self.spread.resize(n, S::zero());
+                for (i, &felt) in self.work.iter().enumerate() {
+                    axpy_table(&mut self.spread, felt, &rule.to_end[i * n..(i + 1) * n]);
+                    spread += felt;
+                }
+                for j in 0..n {
+                    self.adjoint[node(j) * followers + f] = force * rule.weights[j] - self.spread[j];
+                }
+                force -= spread;
+                if element.modes[3 + f].1 == 0 && layout.edges.is_empty() {
+                    continue;
+                }
+                for i in 0..n {
+                    let adjoint = self.adjoint[node(i) * followers + f];
+                    let h_angle = state.facing[node(i) * followers + f].dh[local::TH];
+                    self.work[i] = length * (slope_of(self, i, local::TH) + adjoint * h_angle);
+                }
+                let total = self.work.iter().fold(S::zero(), |sum, w| sum + *w);
+                for j in 0..n {
+                    let mut back = S::zero();
+                    for (i, felt) in self.work.iter().enumerate() {
+                        back += *felt * rule.to_end[i * n + j];
+                    }
+                    self.angle_adjoint[node(j) * followers + f] = torque * rule.weights[j] - back;
+                }
+                torque -= total;
+            }
+        }
+    }
+
+    /// Slopes by the local variables with what they do to the face-to-face functions, and by the elements' lengths.
+    pub(super) fn collect(&mut self, setting: &Setting, state: &State<S>) {
+        let layout = setting.layout;
+        let (rows, followers) = (layout.rows(), layout.tubes - 1);
+        self.felt.clone_from(&self.slopes);
+        self.by_length.clear();
+        self.by_length.resize(layout.elements.len(), S::zero());
+        for (e, element) in layout.elements.iter().enumerate() {
+            for node in element.first_node..element.first_node + layout.rules[element.rule].n {
+                let felt = &mut self.felt[node * rows..(node + 1) * rows];
+                let mut by_length = self.values[node];
+                for f in 0..followers {
+                    let at = node * followers + f;
+                    let (facing, adjoint) = (&state.facing[at], self.adjoint[at]);
+                    let Some((leader, own)) = split(felt, f) else { continue };
+                    let (before, after) = facing.dh.split_at(local::TH);
+                    axpy(leader, adjoint, before);
+                    axpy(own, adjoint, after);
+                    by_length += adjoint * facing.h;
+                    let (adjoint, rate) = (self.angle_adjoint[at], row(f, local::DTH));
+                    by_length += adjoint * (state.local[node * rows + rate] - state.rest[at][1]);
+                    felt[rate] += adjoint;
+                }
+                self.by_length[e] += by_length;
+            }
+        }
+    }
+
+    /// What forces and moments at the points do to curvatures and stretch of the leader: as along a beam, from the tip to the
+    /// base.
+    pub(super) fn collect_loads(&mut self, setting: &Setting, state: &State<S>, poses: &Poses<S>) {
+        let layout = setting.layout;
+        let rows = layout.rows();
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        // Without forces along the robot only those at the ends of elements are left.
+        let spread = setting.kinds().gravity.is_some() || !setting.kinds().distributed.is_empty();
+        self.inner.resize(self.point_force.len(), Vector3::zeros());
+        self.moment.resize(self.point_force.len(), Vector3::zeros());
+        for (e, element) in layout.elements.iter().enumerate().rev() {
+            let rule = &layout.rules[element.rule];
+            let (n, length) = (rule.n, state.lengths[e]);
+            let mut by_length = S::zero();
+            for i in (0..=n).rev() {
+                let at = point(layout, e, i);
+                if i == n {
+                    force += self.point_force[at];
+                } else {
+                    let mut felt = Vector3::zeros();
+                    add_scaled(&mut felt, S::splat(rule.weights[i]), &force);
+                    for k in 0..if spread { n } else { 0 } {
+                        let share = S::splat(rule.from_start[k * n + i]);
+                        add_scaled(&mut felt, share, &self.point_force[point(layout, e, k)]);
+                    }
+                    self.inner[at] = felt;
+                    let node = element.first_node + i;
+                    let t = tangent(&poses.rotation[at]);
+                    let (push, stretch) = (inner(&felt, &t), poses.stretch[node]);
+                    add_scaled(&mut moment, length * stretch, &cross(&t, &felt));
+                    self.by_length[e] -= push * stretch;
+                    let [offset, slope, _] = state.leader_offset[node];
+                    let felt = &mut self.felt[node * rows..(node + 1) * rows];
+                    felt[local::E1] -= push;
+                    felt[local::KZ] -= push * offset;
+                    felt[local::X] -= push * slope * state.local[node * rows + local::KZ];
+                }
+                add_scaled(&mut moment, S::one(), &self.point_moment[at]);
+                self.moment[at] = moment;
+                let step = &poses.steps[at];
+                let body = times(&step.before.transpose(), &moment);
+                let pull = step.magnus.pull(&times(&step.jacobian.transpose(), &body));
+                for (m, (pull, alpha)) in pull.iter().zip(&step.magnus.alpha).enumerate() {
+                    by_length += inner(pull, alpha);
+                    for (j, share) in rule.magnus[m][i * n..(i + 1) * n].iter().enumerate() {
+                        let felt = &mut self.felt[(element.first_node + j) * rows..][..3];
+                        axpy(felt, S::splat(-share), pull.as_slice());
+                    }
+                }
+            }
+            self.by_length[e] -= by_length / length;
+            for k in 0..if spread { n } else { 0 } {
+                force += self.point_force[point(layout, e, k)];
+            }
+        }
+    }
+
+    /// From the local variables to the modes and edges.
+    pub(super) fn project(&mut self, setting: &Setting, state: &State<S>) {
+        let layout = setting.layout;
+        let (rows, followers) = (layout.rows(), layout.tubes - 1);
+        self.gradient.clear();
+        self.gradient.resize(state.unknowns, S::zero());
+        for (e, element) in layout.elements.iter().enumerate() {
+            let rule = &layout.rules[element.rule];
+            let length = state.lengths[e];
+            let mut add = |field: usize, row: usize| {
+                let (first, count) = element.modes[field];
+                if count == 0 {
+                    return;
+                }
+                let target = &mut self.gradient[first..first + count];
+                for i in 0..rule.n {
+                    let felt = self.felt[(element.first_node + i) * rows + row];
+                    axpy_table(target, length * felt, &rule.legendre[i * rule.n..i * rule.n + count]);
+                }
+            };
+            for axis in 0..3 {
+                add(axis, axis);
+            }
+            for f in 0..followers {
+                add(3 + f, row(f, local::DTH));
+            }
+            if layout.stretch {
+                add(3 + followers, local::E1);
+                for f in 0..followers {
+                    add(4 + followers + f, row(f, local::EK));
+                }
+            }
+            for i in 0..if layout.edges.is_empty() { 0 } else { rule.n } {
+                let node = element.first_node + i;
+                let felt = &self.felt[node * rows..(node + 1) * rows];
+                // What a moving label changes by itself.
+                let [twist, _] = state.leader_twist(node);
+                let mut by_label = felt[local::X] + felt[local::KX] * twist;
+                for f in 0..followers {
+                    let rest = &state.rest[node * followers + f];
+                    // Without the share of the modes: the label changes θ_k' at rest alone.
+                    let rate = felt[row(f, local::DTH)] - self.angle_adjoint[node * followers + f];
+                    by_label += felt[row(f, local::TH)] * rest[1] + rate * rest[2];
+                }
+                for (joint, share) in [(element.start, 1.0 - rule.nodes[i]), (element.end, rule.nodes[i])] {
+                    if let Joint::Edge { unknown, .. } = joint {
+                        self.gradient[unknown] += length * by_label * share;
+                    }
+                }
+            }
+            for (joint, sign) in [(element.start, -1.0), (element.end, 1.0)] {
+                if let Joint::Edge { unknown, .. } = joint {
+                    self.gradient[unknown] += self.by_length[e] * sign;
+                }
+            }
+        }
+    }
+}
