@@ -35,12 +35,12 @@ fn one_solve_takes_no_more_instructions_than_it_should() {
         return;
     }
     for (case, batch, bound) in [
-        ("planar_two_tubes_warm", false, 110_000),
-        ("space_two_tubes_warm", false, 450_000),
-        ("space_two_tubes_jacobian_warm", false, 480_000),
-        ("space_two_tubes_cold", false, 1_100_000),
-        ("three_tubes_warm", false, 500_000),
-        ("space_two_tubes_warm", true, 300_000),
+        ("planar_two_tubes_warm", false, 72_000),
+        ("space_two_tubes_warm", false, 300_000),
+        ("space_two_tubes_jacobian_warm", false, 320_000),
+        ("space_two_tubes_cold", false, 900_000),
+        ("three_tubes_warm", false, 380_000),
+        ("space_two_tubes_warm", true, 120_000),
     ] {
         let Some(counted) = count(case, batch) else {
             eprintln!("valgrind is not installed: no instructions were counted");

@@ -17,7 +17,7 @@ use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
 use crate::solve::Equilibrium;
-use crate::solve::newton::Workspace;
+use crate::solve::system::Workspace;
 
 /// What the teeth between the notches do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

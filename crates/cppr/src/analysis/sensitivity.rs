@@ -8,7 +8,7 @@ use crate::dense::column;
 use crate::design::Robot;
 use crate::kinematics::pose::Poses;
 use crate::solve::Equilibrium;
-use crate::solve::newton::{Scale, Workspace};
+use crate::solve::system::{Scale, Workspace};
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
 /// Which degree of freedom of an actuator.

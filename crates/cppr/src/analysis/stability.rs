@@ -7,7 +7,7 @@ use crate::dense::axpy;
 use crate::design::Robot;
 use crate::kinematics::follower::local;
 use crate::kinematics::state::row;
-use crate::solve::newton::{System, Workspace};
+use crate::solve::system::{System, Workspace};
 use crate::solve::{Equilibrium, Formulation};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
@@ -157,7 +157,7 @@ fn reduced_tangent(workspace: &Workspace, free: &DMatrix<f64>) -> DMatrix<f64> {
 fn elastic_stiffness(workspace: &Workspace, system: &System) -> DMatrix<f64> {
     let System { robot, layout, .. } = *system;
     let Workspace { state, assembly, units, .. } = workspace;
-    let scale = crate::solve::newton::Scale::of(robot);
+    let scale = crate::solve::system::Scale::of(robot);
     let n_u = state.unknowns;
     let mut stiffness = DMatrix::zeros(n_u, n_u);
     let mut add = |rows: &[(usize, f64)], node: usize, factor: f64| {

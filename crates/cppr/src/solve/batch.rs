@@ -7,8 +7,9 @@
 
 use super::command::{Command, CommandProblem, Drive, Formulation, Settings};
 use super::edges::{carried, edge_estimate, has_edge};
-use super::newton::{LONGEST, MOST_REUSES, NEAREST, Point, System, Workspace, add_step};
+use super::newton::{LONGEST, MOST_REUSES, NEAREST};
 use super::path::{hold_locked, solve_into};
+use super::system::{Point, System, Workspace, add_step};
 use super::{Actuator, Equilibrium, Statistics, Status};
 use crate::analysis::shape::tip_pose;
 use crate::design::Robot;

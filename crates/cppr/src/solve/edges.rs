@@ -5,8 +5,8 @@
 
 use super::Equilibrium;
 use super::command::{Actuator, Drive};
-use super::newton::{Point, Workspace};
 use super::path::settle;
+use super::system::{Point, Workspace};
 use crate::design::Robot;
 use crate::kinematics::layout::{Joint, Layout};
 

@@ -6,22 +6,23 @@ pub(crate) mod edges;
 pub mod march;
 pub(crate) mod newton;
 pub(crate) mod path;
+pub(crate) mod system;
 #[cfg(test)]
 mod work;
 
 pub use batch::{Batch, Tip, solve_batch};
 pub use command::{Actuator, Command, CommandProblem, Drive, Formulation, Settings};
 pub use march::{March, Poses, Solved, Start, march};
-pub use newton::{GeneralisedForces, Workspace, generalised_forces};
 pub use path::{solve, solve_from, solve_into};
+pub use system::{GeneralisedForces, Workspace, generalised_forces};
 
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
 use crate::real::{Each, Real};
-use newton::{Point, System};
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use system::{Point, System};
 
 /// What came out of a solve. Look at it before using anything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -240,7 +241,7 @@ impl Equilibrium {
     /// Actuator states follow; status and statistics stay.
     pub(crate) fn moved(&self, robot: &Robot, step: &[f64], factor: f64) -> Self {
         let system = self.system(robot);
-        let point = newton::advanced(&system, &self.point, step, factor);
+        let point = system::advanced(&system, &self.point, step, factor);
         let mut moved = Self { point, mark: 0, ..self.clone() };
         for (f, actuator) in moved.actuators.iter_mut().enumerate() {
             actuator.tension = moved.point.efforts.tension[f];

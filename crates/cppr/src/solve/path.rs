@@ -6,7 +6,8 @@
 
 use super::command::{Actuator, Command, CommandProblem, Drive, Settings};
 use super::edges::{LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge};
-use super::newton::{Failure, System, Workspace};
+use super::newton::Failure;
+use super::system::{System, Workspace};
 use super::{Equilibrium, Reason, Statistics, Status};
 use crate::analysis::stability;
 use crate::design::Robot;

@@ -11,8 +11,8 @@ use super::{End, PointKind};
 use crate::kinematics::layout::{Cut, Joint, Layout};
 use crate::solve::Equilibrium;
 use crate::solve::edges::{LEAST_EDGE, Side, carried, excess_at_plate};
-use crate::solve::newton::Scale;
 use crate::solve::path::settle;
+use crate::solve::system::Scale;
 use std::sync::Arc;
 
 /// What an edge meets.
