@@ -1,6 +1,6 @@
 //! Solves one case of the benchmark many times, for profilers and for counting instructions:
-//! `valgrind --tool=callgrind target/release/examples/solves space_two_tubes_warm 1000`, with a fourth word `batch` side by
-//! side. Without arguments it lists the cases and the cost of one solve.
+//! `valgrind --tool=callgrind target/release/examples/solves space_two_tubes_warm 1000`, with a third word `batch` side by
+//! side, with `tip` one by one with the pose of the tip. Without arguments it lists the cases and the cost of one solve.
 #![allow(clippy::unwrap_used)]
 
 #[path = "../benches/solve/cases.rs"]
@@ -23,15 +23,19 @@ fn main() {
     };
     let count: usize = arguments.get(1).map_or(Ok(1000), |c| c.parse()).unwrap();
     let case = Case::named(name).unwrap();
-    if arguments.get(2).is_some_and(|word| word == "batch") {
+    let word = arguments.get(2).map(String::as_str);
+    if word == Some("batch") {
         let mut runner = BatchRunner::new(case, WIDTH);
         (0..count.div_ceil(WIDTH)).for_each(|_| {
             runner.once();
         });
     } else {
         let mut runner = Runner::new(case);
-        (0..count).for_each(|_| {
+        for _ in 0..count {
             runner.once();
-        });
+            if word == Some("tip") {
+                std::hint::black_box(runner.tip());
+            }
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::common::{prototype, robot, stiff_tube};
 use cppr::Vector3;
+use cppr::analysis::shape::tip_pose;
 use cppr::analysis::{Sensitivity, sensitivity_into};
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
@@ -118,6 +119,13 @@ impl Runner {
             assert!(sensitivity_into(&case.robot, workspace, equilibrium, sensitivity));
         }
         equilibrium.actuators[0].tension
+    }
+}
+
+impl Runner {
+    /// Where the tip is after the solve.
+    pub fn tip(&mut self) -> (cppr::Matrix3<f64>, Vector3<f64>) {
+        tip_pose(&self.case.robot, &mut self.workspace, &self.equilibrium)
     }
 }
 

@@ -27,8 +27,21 @@ fn one(bencher: Bencher, name: &str) {
     bencher.bench_local(|| runner.once());
 }
 
+const BATCHES: [&str; 4] =
+    ["planar_two_tubes_warm", "space_two_tubes_warm", "space_two_tubes_cold", "three_tubes_warm"];
+
+/// One solve with the pose of the tip, which a batch finds as well.
+#[divan::bench(args = BATCHES, sample_count = 200)]
+fn one_with_tip(bencher: Bencher, name: &str) {
+    let mut runner = Runner::new(case(name));
+    bencher.bench_local(|| {
+        runner.once();
+        runner.tip()
+    });
+}
+
 /// Many solves in one call, side by side where lanes allow; the throughput is that of poses.
-#[divan::bench(args = ["planar_two_tubes_warm", "space_two_tubes_warm", "space_two_tubes_cold", "three_tubes_warm"])]
+#[divan::bench(args = BATCHES)]
 fn batch(bencher: Bencher, name: &str) {
     let mut runner = BatchRunner::new(case(name), WIDTH);
     bencher.counter(ItemsCount::new(WIDTH)).bench_local(|| runner.once());
