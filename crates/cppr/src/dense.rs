@@ -1,9 +1,6 @@
 //! Small dense linear algebra on row-major slices, without allocation: the sizes are those of one
 //! equilibrium, at most a few tens.
 
-// What is not inlined takes its lanes through memory.
-#![allow(clippy::inline_always)]
-
 use crate::real::{Real, every};
 use nalgebra::{Matrix3, Vector3};
 
@@ -162,7 +159,7 @@ impl Lu {
 }
 
 /// y += a x.
-#[inline(always)]
+#[inline]
 pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = y.plus(a, *x);
@@ -170,7 +167,7 @@ pub(crate) fn axpy<S: Real>(y: &mut [S], a: S, x: &[S]) {
 }
 
 /// y += a x with a table of numbers.
-#[inline(always)]
+#[inline]
 pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y = y.plus(a, S::splat(*x));
@@ -178,19 +175,19 @@ pub(crate) fn axpy_table<S: Real>(y: &mut [S], a: S, x: &[f64]) {
 }
 
 /// x · y.
-#[inline(always)]
+#[inline]
 pub(crate) fn dot<S: Real>(x: &[S], y: &[S]) -> S {
     x.iter().zip(y).fold(S::zero(), |sum, (x, y)| sum.plus(*x, *y))
 }
 
 /// Σ w y with a table of weights.
-#[inline(always)]
+#[inline]
 pub(crate) fn dot_table<S: Real>(weights: &[f64], y: &[S]) -> S {
     weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum.plus(*y, S::splat(*w)))
 }
 
 /// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y.
-#[inline(always)]
+#[inline]
 pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
     let n = y.len();
     let (first, rest) = x.split_at(n);
@@ -201,19 +198,19 @@ pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
 }
 
 /// u += a v.
-#[inline(always)]
+#[inline]
 pub(crate) fn add_scaled<S: Real>(u: &mut Vector3<S>, a: S, v: &Vector3<S>) {
     (u.x, u.y, u.z) = (u.x.plus(a, v.x), u.y.plus(a, v.y), u.z.plus(a, v.z));
 }
 
 /// u · v.
-#[inline(always)]
+#[inline]
 pub(crate) fn inner<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> S {
     (u.x * v.x).plus(u.y, v.y).plus(u.z, v.z)
 }
 
 /// M v, inlined: lanes stay in registers.
-#[inline(always)]
+#[inline]
 pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {
     Vector3::new(
         (m.m11 * v.x).plus(m.m12, v.y).plus(m.m13, v.z),
@@ -223,7 +220,7 @@ pub(crate) fn times<S: Real>(m: &Matrix3<S>, v: &Vector3<S>) -> Vector3<S> {
 }
 
 /// A B, inlined.
-#[inline(always)]
+#[inline]
 pub(crate) fn product<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {
     let column = |x: S, y: S, z: S| times(a, &Vector3::new(x, y, z));
     let (x, y, z) = (column(b.m11, b.m21, b.m31), column(b.m12, b.m22, b.m32), column(b.m13, b.m23, b.m33));
@@ -231,7 +228,7 @@ pub(crate) fn product<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {
 }
 
 /// u × v, inlined.
-#[inline(always)]
+#[inline]
 pub(crate) fn cross<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
     Vector3::new((u.y * v.z).plus(-u.z, v.y), (u.z * v.x).plus(-u.x, v.z), (u.x * v.y).plus(-u.y, v.x))
 }
@@ -240,14 +237,14 @@ pub(crate) fn cross<S: Real>(u: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
 pub(crate) type Block<S> = [[S; 3]; 3];
 
 /// a^.
-#[inline(always)]
+#[inline]
 pub(crate) fn hat<S: Real>(a: &Vector3<S>) -> Block<S> {
     let zero = S::zero();
     [[zero, -a.z, a.y], [a.z, zero, -a.x], [-a.y, a.x, zero]]
 }
 
 /// a^ M.
-#[inline(always)]
+#[inline]
 pub(crate) fn hat_times<S: Real>(a: &Vector3<S>, m: &Block<S>) -> Block<S> {
     let [x, y, z] = m;
     [
@@ -258,20 +255,20 @@ pub(crate) fn hat_times<S: Real>(a: &Vector3<S>, m: &Block<S>) -> Block<S> {
 }
 
 /// a^ b^ = b aᵀ − (a·b) 1.
-#[inline(always)]
+#[inline]
 pub(crate) fn hat_hat<S: Real>(a: &Vector3<S>, b: &Vector3<S>) -> Block<S> {
     let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);
     [[-(y + z), b.x * a.y, b.x * a.z], [b.y * a.x, -(x + z), b.y * a.z], [b.z * a.x, b.z * a.y, -(x + y)]]
 }
 
 /// Column `i` of three rows of length n.
-#[inline(always)]
+#[inline]
 pub(crate) fn column<S: Real>(rows: &[S], n: usize, i: usize) -> Vector3<S> {
     Vector3::new(rows[i], rows[n + i], rows[2 * n + i])
 }
 
 /// Sets column `i` of three rows of length n.
-#[inline(always)]
+#[inline]
 pub(crate) fn set_column<S: Real>(rows: &mut [S], n: usize, i: usize, v: &Vector3<S>) {
     (rows[i], rows[n + i], rows[2 * n + i]) = (v.x, v.y, v.z);
 }

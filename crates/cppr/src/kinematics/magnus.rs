@@ -8,9 +8,6 @@
 //!
 //! with the generators α of `rule`, which hold the curvature's value, slope and curvature at the step's middle.
 
-// What is not inlined takes its lanes through memory.
-#![allow(clippy::inline_always)]
-
 use crate::dense::{Block, cross, hat, hat_hat, hat_times};
 use crate::real::Real;
 use nalgebra::Vector3;
@@ -31,7 +28,7 @@ pub(crate) type Slope<S> = [[S; 9]; 3];
 pub(crate) type Curvature<S> = [[S; 9]; 9];
 
 impl<S: Real> Magnus<S> {
-    #[inline(always)]
+    #[inline]
     pub fn new(alpha: [Vector3<S>; 3]) -> Self {
         let [a1, a2, a3] = &alpha;
         let c = cross(a1, a2);
@@ -43,7 +40,7 @@ impl<S: Real> Magnus<S> {
     }
 
     /// dΩ by the generators.
-    #[inline(always)]
+    #[inline]
     pub fn slope(&self) -> Slope<S> {
         let Self { alpha: [a1, a2, _], p, q, .. } = self;
         // Ω_i = δ_i + (P^ Q_i − Q^ P_i)/240 with P = 20 α_1 + α_3 + α_1 × α_2.
@@ -64,7 +61,7 @@ impl<S: Real> Magnus<S> {
     }
 
     /// dQ by α_1, α_2, α_3.
-    #[inline(always)]
+    #[inline]
     fn slope_of_q(&self) -> [Block<S>; 3] {
         let Self { alpha: [a1, a2, _], w, .. } = self;
         let (mut first, mut second) = (hat_hat(a1, a2), hat_hat(a1, a1));
@@ -81,7 +78,7 @@ impl<S: Real> Magnus<S> {
     }
 
     /// y·d²Ω by the generators: X + Xᵀ with X_ij = P_iᵀ (y^)ᵀ Q_j / 240 and what Q and P themselves are bent by.
-    #[inline(always)]
+    #[inline]
     pub fn second(&self, y: &Vector3<S>, form: &mut Curvature<S>) {
         let Self { alpha: [a1, a2, _], p, q, .. } = self;
         let across_q = scaled(&cross(y, p), 1.0 / 240.0);
@@ -115,7 +112,7 @@ impl<S: Real> Magnus<S> {
     }
 
     /// What the generators feel of a covector y on Ω: y·dΩ = Σ pull_m·dα_m.
-    #[inline(always)]
+    #[inline]
     pub fn pull(&self, y: &Vector3<S>) -> [Vector3<S>; 3] {
         let Self { alpha: [a1, a2, _], w, p, q, .. } = self;
         let (by_p, by_q) = (scaled(&cross(q, y), 1.0 / 240.0), scaled(&cross(y, p), 1.0 / 240.0));
@@ -131,13 +128,13 @@ impl<S: Real> Magnus<S> {
     }
 }
 
-#[inline(always)]
+#[inline]
 fn scaled<S: Real>(v: &Vector3<S>, factor: f64) -> Vector3<S> {
     Vector3::new(v.x * factor, v.y * factor, v.z * factor)
 }
 
 /// u + factor v.
-#[inline(always)]
+#[inline]
 fn sum<S: Real>(u: &Vector3<S>, factor: f64, v: &Vector3<S>) -> Vector3<S> {
     let factor = S::splat(factor);
     Vector3::new(u.x.plus(factor, v.x), u.y.plus(factor, v.y), u.z.plus(factor, v.z))

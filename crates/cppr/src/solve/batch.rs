@@ -296,7 +296,7 @@ impl Batch {
                 lost |= waiting;
                 break;
             }
-            lost |= waiting & !lanes.factor_in_order(system);
+            lost |= waiting & !lanes.ensure_in_order(system);
             step.clear();
             step.extend(lanes.residual.iter().map(|r| -*r));
             lanes.solve(step, 1);
@@ -338,7 +338,7 @@ impl Batch {
         }
         let mut solved = all & !lost;
         if solved != 0 {
-            solved &= lanes.factor_in_order(system);
+            solved &= lanes.ensure_in_order(system);
         }
         let length = system.robot.length();
         for (f, (knob, actuator)) in lanes.assembly.knobs.iter().zip(system.actuators.first()).enumerate() {

@@ -126,6 +126,8 @@ pub struct Workspace<S: Real = f64> {
     /// How `lu` was made, and whether from the matrix evaluated last.
     pub(super) factors: Factors,
     pub(super) factored: bool,
+    /// The lanes in which elimination in order was good.
+    good: u64,
     /// What `poses` holds of the state evaluated last.
     pub(super) posed: Posed,
     /// Mark of the equilibrium that was evaluated last; 0 for none.
@@ -279,6 +281,15 @@ impl<S: Real> Workspace<S> {
         }
         self.factors = Factors::InOrder;
         self.lu.eliminate_in_order(n_u)
+    }
+
+    /// The same, unless that has been done with the tangent evaluated last.
+    pub(crate) fn ensure_in_order(&mut self, system: &System) -> u64 {
+        if !(self.factored && self.factors == Factors::InOrder) {
+            self.good = self.factor_in_order(system);
+            self.factored = true;
+        }
+        self.good
     }
 
     /// Solves with the factored tangent; `right` is n × columns, row-major.
