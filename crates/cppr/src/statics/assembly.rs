@@ -12,7 +12,7 @@
 //! derivatives at the nodes: 𝓛_uu = Σ ℓ Zᵀ (F + a·|h|)_vv Z + (terms of moving elements), Z = dv/du.
 
 use super::energy::{self, Inner};
-use super::load::{Applied, Loads, Station};
+use super::load::{Applied, Loads, Station, Wrench};
 use crate::dense::{Lu, axpy};
 use crate::design::Robot;
 use crate::design::fields::{FieldJets, Part};
@@ -145,8 +145,9 @@ pub(crate) fn applied<S: Real>(
         // A load on the clamped first section does no work.
         if let Some(at) = at {
             let rotation = &poses.rotation[at];
-            let load = |l: usize| setting.loads.0[l].wrenches[i].at(&rotation.map(|r| r.lane(l)));
-            all.push((at, Applied::from_lanes(load)));
+            let of = |component: fn(&Wrench) -> Vector3<f64>| setting.vector(|l| component(&l.wrenches[i]));
+            let [force, moment, point] = [of(|w| w.force), of(|w| w.moment), of(|w| w.point)];
+            all.push((at, Applied::wrench(wrench.frame, rotation, &force, &moment, &point)));
         }
     }
     for i in 0..setting.kinds().threads.len() {

@@ -3,6 +3,7 @@
 //! Forces in N, moments in N m, lengths in m. Points are given in the frame of a section: origin at the
 //! tube's centre, X along the tangent, Y towards the leader's centroid at that section.
 
+use crate::dense::times;
 use crate::design::Robot;
 use crate::kinematics::so3::hat;
 use crate::real::{MOST_LANES, Real};
@@ -299,6 +300,26 @@ pub(crate) struct Applied<S: Real = f64> {
 }
 
 impl<S: Real> Applied<S> {
+    /// A wrench at the pose of its section.
+    pub fn wrench(
+        frame: Frame,
+        rotation: &Matrix3<S>,
+        force: &Vector3<S>,
+        moment: &Vector3<S>,
+        point: &Vector3<S>,
+    ) -> Self {
+        let arm = times(rotation, point);
+        let dead = Self { force: *force, moment: *moment, arm, ..Self::default() };
+        match frame {
+            Frame::World => dead,
+            Frame::Section => {
+                let (force, moment) = (times(rotation, force), times(rotation, moment));
+                // A force that turns with the section: δf = φ × f.
+                Self { force, moment, force_by_spin: -hat(&force), moment_by_spin: -hat(&moment), ..dead }
+            }
+        }
+    }
+
     /// Puts the loads of all lanes side by side.
     pub fn from_lanes(load: impl Fn(usize) -> Applied) -> Self {
         let lanes: [Applied; MOST_LANES] =
@@ -315,25 +336,6 @@ impl<S: Real> Applied<S> {
             force_by_point: matrix(|a| &a.force_by_point),
             force_by_spin: matrix(|a| &a.force_by_spin),
             moment_by_spin: matrix(|a| &a.moment_by_spin),
-        }
-    }
-}
-
-impl Wrench {
-    /// At the pose of its section.
-    pub(crate) fn at(&self, rotation: &Matrix3<f64>) -> Applied {
-        let (force, moment, turn) = match self.frame {
-            Frame::World => (self.force, self.moment, 0.0),
-            Frame::Section => (rotation * self.force, rotation * self.moment, 1.0),
-        };
-        Applied {
-            force,
-            moment,
-            arm: rotation * self.point,
-            force_by_point: Matrix3::zeros(),
-            // A force that turns with the section: δf = φ × f.
-            force_by_spin: hat(&force) * -turn,
-            moment_by_spin: hat(&moment) * -turn,
         }
     }
 }
