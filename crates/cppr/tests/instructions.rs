@@ -22,6 +22,10 @@ fn count(case: &str, batch: bool) -> Option<u64> {
         .output()
         .ok()?;
     let text = String::from_utf8_lossy(&output.stderr);
+    if text.contains("unhandled instruction bytes") {
+        // Older versions stop at some vector instructions.
+        return None;
+    }
     assert!(output.status.success(), "{text}");
     let line = text.lines().find(|line| line.contains("Collected :")).expect("valgrind counts");
     let all: u64 = line.rsplit(':').next()?.trim().parse().unwrap();
@@ -43,8 +47,8 @@ fn one_solve_takes_no_more_instructions_than_it_should() {
         ("space_two_tubes_warm", true, 120_000),
     ] {
         let Some(counted) = count(case, batch) else {
-            eprintln!("valgrind is not installed: no instructions were counted");
-            return;
+            eprintln!("{case} was not counted: valgrind is missing or too old for an instruction in it");
+            continue;
         };
         println!("{case}{}: {counted}", if batch { ", side by side" } else { "" });
         assert!(counted > 10_000, "{case}: {counted} instructions cannot be a solve");
