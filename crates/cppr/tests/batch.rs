@@ -41,7 +41,7 @@ fn agrees(robot: &Robot, commands: &[Command], settings: &Settings, batch: &mut 
             }
             let (rotation, centre) = tip_pose(robot, &mut single, &alone);
             let tip = tips[i].as_ref().unwrap();
-            assert!((tip.1 - centre).norm() < 1e-11 * robot.length(), "command {i}: {}", tip.1 - centre);
+            assert!((tip.1 - centre).norm() < 1e-12 * robot.length(), "command {i}: {}", tip.1 - centre);
             assert!((tip.0 - rotation).norm() < 1e-11);
             for (a, b) in alone.actuators.iter().zip(&together.actuators) {
                 assert!((a.tension - b.tension).abs() < 1e-9 * (1.0 + a.tension.abs()));

@@ -285,10 +285,12 @@ impl Batch {
         }
         let n_u = system.layout.unknowns();
         // How far the last tangent saw the equilibrium.
-        let mut distance = Lanes::splat(0.0);
+        let (mut distance, mut done) = (Lanes::splat(0.0), 0);
         for turn in 0..=MOST_STEPS {
             let before = largest(&lanes.residual);
-            let waiting = !arrived(before, distance, settings) & all & !lost;
+            // A lane that has arrived stays so, whatever its neighbours' tangents see of it.
+            done |= arrived(before, distance, settings);
+            let waiting = all & !done & !lost;
             if waiting == 0 {
                 break;
             }
@@ -312,23 +314,25 @@ impl Batch {
             let grows = Lanes::from_lanes(|l| distance.lane(l) / length.lane(l)).unless(|r| r <= 0.75);
             lost |= moves & grows;
             count(&mut steps, moves);
-            // The same tangent again, as in a single solve, where it promises to do for all.
+            // The same tangent again, in each lane as in a single solve.
             let mut reached = largest(&lanes.residual);
             let mut ratio = reached * 2.0 / before;
+            let mut reuses = moves;
             for left in (1..=MOST_REUSES).rev() {
-                let pending = moves & !lost & !arrived(reached, distance, settings);
                 let rest = ratio.map(|r| r.powi(left));
-                if pending == 0 || pending & !arrived(reached * rest, distance * rest, settings) != 0 {
+                reuses &= !lost & !arrived(reached, distance, settings);
+                reuses &= arrived(reached * rest, distance * rest, settings);
+                if reuses == 0 {
                     break;
                 }
-                advance(system, trial, &lanes.units, correction, pending, -1.0);
-                lost |= pending & lanes.evaluate_residual(system, trial);
+                advance(system, trial, &lanes.units, correction, reuses, -1.0);
+                lost |= reuses & lanes.evaluate_residual(system, trial);
                 let after = largest(&lanes.residual);
                 ratio = after / reached;
-                lost |= pending & ratio.unless(|r| r < 0.5);
+                lost |= reuses & ratio.unless(|r| r < 0.5);
                 lanes.correct(correction);
                 (reached, distance) = (after, norm(correction));
-                count(&mut steps, pending);
+                count(&mut steps, reuses);
             }
             if lost == all {
                 break;
