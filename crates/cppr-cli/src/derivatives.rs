@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::free::{efforts_json, name, unit};
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::{self, report, write_or_print};
 use crate::table::plain;
 use cppr::analysis::shape::tip_pose;
 use cppr::analysis::{Freedom, Input, Perturbed, Sensitivity, Shape, parameter_sensitivity, sensitivity};
@@ -79,12 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &found, &exact, &keys)))?;
     }
     let text = table(&robot, &found, &exact, &keys);
-    if json.is_some_and(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    report(&text, json)
 }
 
 fn by_key(

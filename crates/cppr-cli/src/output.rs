@@ -94,6 +94,16 @@ pub fn write_or_print(path: &Path, text: &str) -> Result<(), Failure> {
     if is_stdout(path) { print(text) } else { write(path, text.as_bytes()) }
 }
 
+/// Prints a table for people: beside JSON on standard output it goes to standard error.
+pub fn report(table: &str, json: Option<&Path>) -> Result<(), Failure> {
+    if json.is_some_and(is_stdout) {
+        note(table);
+        Ok(())
+    } else {
+        print(table)
+    }
+}
+
 /// Is this the sign for standard output?
 pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"

@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::figure;
 use crate::free::{self, FreeArgs, line, three};
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::{self, report, write_or_print};
 use crate::quantity::{Kind, direction, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
@@ -95,12 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         figure::write(path, format, &drawn)?;
     }
     let text = table(&robot, &mut workspace, &free, &answer);
-    if json.is_some_and(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    report(&text, json)
 }
 
 fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &Reach) -> String {

@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::free::{self, HALF, line};
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::{self, report, write_or_print};
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
@@ -97,12 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
     }
     let text = table(&robot, &answer, args.moment);
-    if json.is_some_and(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    report(&text, json)
 }
 
 fn table(robot: &Robot, answer: &Sensed, moment: bool) -> String {

@@ -1,18 +1,14 @@
 //! `cppr continue` as a user meets it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod common;
+
+use common::text;
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn cppr(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let words = ["continue"].iter().chain(arguments);
-    Command::new(env!("CARGO_BIN_EXE_cppr")).args(words).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+    common::cppr(&[&["continue"], arguments].concat())
 }
 
 #[track_caller]

@@ -1,14 +1,10 @@
 //! `cppr derivatives` against what dimensions alone say.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
-fn cppr(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(root).output().unwrap()
-}
+use common::cppr;
+use serde_json::Value;
 
 fn by_modulus(drive: [&str; 2]) -> Value {
     let head = ["derivatives", "robots/r3.toml", "--by", "material.youngs_modulus_GPa", "--json", "-"];

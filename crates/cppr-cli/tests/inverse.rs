@@ -1,32 +1,15 @@
 //! `cppr reach`, `cppr match` and `cppr sense` as a user meets them.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod common;
+
+use common::{cppr, refused, text};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn cppr(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 fn json(arguments: &[&str]) -> Value {
     let output = cppr(&[arguments, &["--json", "-"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
-}
-
-#[track_caller]
-fn refused(arguments: &[&str], fragment: &str) {
-    let output = cppr(arguments);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert!(message.contains(fragment) && !message.contains("panicked"), "{arguments:?}: {message}");
-    assert!(output.stdout.is_empty());
 }
 
 #[test]

@@ -1,18 +1,10 @@
 //! `cppr limits` as a user meets it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod common;
+
+use common::{cppr, text};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn cppr(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_cppr")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 #[test]
 fn the_ends_of_a_range_are_where_the_pose_says_the_limit_is_reached() {

@@ -1,22 +1,17 @@
 //! `cppr sweep` as a user meets it: interrupted, killed, resumed, refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use common::{root, text};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
 
 fn sweep(extra: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cppr"));
     command.args(["sweep", "robots/r1.toml"]).args(extra).current_dir(root());
     command
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
 }
 
 /// Some seconds of work.

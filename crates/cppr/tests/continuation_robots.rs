@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{prototype, robot};
+use common::{prototype, three_with_edges};
 use cppr::Vector3;
 use cppr::analysis::Freedom;
 use cppr::analysis::continuation::{
@@ -12,11 +12,10 @@ use cppr::analysis::continuation::{
 };
 use cppr::analysis::shape::tip_pose;
 use cppr::analysis::stability::stability;
-use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, Robot, Torsion, TubeDesign};
+use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Status, Workspace, solve, solve_from};
 use cppr::statics::{Loads, Station, Wrench};
-use std::f64::consts::TAU;
 
 const MM: f64 = 1e-3;
 
@@ -109,29 +108,7 @@ fn actuation_alone_makes_no_prototype_unstable() {
 
 #[test]
 fn two_edges_pass_each_other() {
-    let tube = |radii: [f64; 2], depth: f64, direction: f64| {
-        TubeDesign::Notched(NotchedTube {
-            outline: Outline::Round { outer_radius: radii[0] * MM, inner_radius: radii[1] * MM },
-            depth: Profile::constant(depth * MM),
-            direction: Profile::constant(direction),
-            material: Material {
-                youngs_modulus: 5e9,
-                poissons_ratio: 0.35,
-                density: 1240.0,
-                allowable_strain: None,
-            },
-            torsion: Torsion::SaintVenant,
-            below: BelowPlate::Plain,
-            centroid_offset_factor: 1.0,
-            pattern: None,
-        })
-    };
-    let tubes = vec![
-        tube([4.5, 3.7], 7.2, 0.0),
-        tube([3.2, 2.4], 4.95, TAU / 3.0),
-        tube([1.9, 1.1], 2.7, -TAU / 3.0),
-    ];
-    let robot = robot(0.15, tubes);
+    let robot = three_with_edges();
     let pull = |a: f64, b: f64| Command::pull(&[a * MM, b * MM]);
     let branch = first(&robot, &Family::between(pull(-0.3, -0.9), pull(-0.9, -0.3)).unwrap());
     assert_eq!(branch.end, End::Last);

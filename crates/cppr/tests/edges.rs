@@ -3,12 +3,11 @@
 
 mod common;
 
-use common::{converged, prototype, robot};
+use common::{converged, prototype, three_with_edges};
 use cppr::Vector3;
-use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, Robot, Torsion, TubeDesign};
+use cppr::design::{BelowPlate, Robot};
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_into};
 use cppr::statics::{Loads, Station, Wrench};
-use std::f64::consts::TAU;
 
 const MM: f64 = 1e-3;
 
@@ -22,33 +21,6 @@ fn forces(tensions: &[f64], loads: &Loads) -> Command {
     let pushed = |&force| Actuator { push_pull: Drive::Effort(force), ..Actuator::HELD };
     Command { actuators: tensions.iter().map(pushed).collect(), ..Command::pull(&[]) }
         .with_loads(loads.clone())
-}
-
-/// Three tubes whose followers bring their uncut parts in.
-fn three() -> Robot {
-    let tube = |radii: [f64; 2], depth: f64, direction: f64| {
-        TubeDesign::Notched(NotchedTube {
-            outline: Outline::Round { outer_radius: radii[0] * MM, inner_radius: radii[1] * MM },
-            depth: Profile::constant(depth * MM),
-            direction: Profile::constant(direction),
-            material: Material {
-                youngs_modulus: 5e9,
-                poissons_ratio: 0.35,
-                density: 1240.0,
-                allowable_strain: None,
-            },
-            torsion: Torsion::SaintVenant,
-            below: BelowPlate::Plain,
-            centroid_offset_factor: 1.0,
-            pattern: None,
-        })
-    };
-    let tubes = vec![
-        tube([4.5, 3.7], 7.2, 0.0),
-        tube([3.2, 2.4], 4.95, TAU / 3.0),
-        tube([1.9, 1.1], 2.7, -TAU / 3.0),
-    ];
-    robot(0.15, tubes)
 }
 
 /// Motion by force is the inverse of force by motion, however little the follower moves; between the tensions at
@@ -88,7 +60,7 @@ fn the_least_push_beyond_what_the_plate_bears_moves_the_follower() {
 /// The same for two followers, driven by force both.
 #[test]
 fn two_followers_leave_the_plate_by_force() {
-    let robot = three();
+    let robot = three_with_edges();
     let mut workspace = Workspace::new();
     let settings = Settings::default();
     let loads = Loads::tip_force(Vector3::new(0.0, 0.3, -0.2));
@@ -142,7 +114,7 @@ fn an_edge_passes_loads() {
 /// Two edges and loads in any order.
 #[test]
 fn edges_pass_each_other_and_loads() {
-    let robot = three();
+    let robot = three_with_edges();
     let settings = Settings::default();
     let wrenches = vec![at(1.0, [0.0, -0.3, 0.0]), at(1.5, [0.0, 0.2, 0.1])];
     let loads = Loads { wrenches, ..Loads::none() };
@@ -160,7 +132,7 @@ fn edges_pass_each_other_and_loads() {
 /// Commands whose equilibrium in one go is unstable: in steps the robot comes to a stable one, and so does a solve.
 #[test]
 fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
-    let robot = three();
+    let robot = three_with_edges();
     let settings = Settings::default();
     let mut workspace = Workspace::new();
     for (pulls, turns, force) in [

@@ -66,7 +66,7 @@ fn every_pose_is_what_it_is_alone() {
                         if wanted.status.is_equilibrium() {
                             counts[0] += 1;
                             let (rotation, centre) = tip_pose(&robot, &mut alone, &wanted);
-                            assert!((solved.centre - centre).norm() < 1e-11 * robot.length(), "pose {pose}");
+                            assert!((solved.centre - centre).norm() < 1e-12 * robot.length(), "pose {pose}");
                             assert!((solved.rotation - rotation).norm() < 1e-11, "pose {pose}");
                             let efforts = [&solved.equilibrium.actuators[0], &wanted.actuators[0]];
                             let [a, b] = efforts.map(|a| a.tension);

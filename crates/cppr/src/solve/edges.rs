@@ -1,7 +1,7 @@
 //! The moving edges: sections where the pattern of a follower begins and its part from below the plate ends.
 //!
-//! An edge is a joint of the layout; layouts differ in which edges there are and in how they follow upon the loads. Here is
-//! what leads from one layout to the next.
+//! An edge is the label X (m) where x_k(X) = 0, a joint of the layout; layouts differ in which edges there are and in how they
+//! follow upon the loads. Here is what leads from one layout to the next. Motions Δa_k are in m, pull positive; tensions in N.
 
 use super::Equilibrium;
 use super::command::{Actuator, Drive};

@@ -279,7 +279,7 @@ const DIFFERENCE: f64 = 1e-5;
 /// Below this the scaled residual is rounding error of the assembly.
 pub(crate) const FLOOR: f64 = 1e-8;
 /// Largest distance from the equilibrium in scaled unknowns: near a bifurcation residuals vanish early.
-pub(crate) const NEAREST: f64 = 1e-9;
+pub(crate) const NEAREST: f64 = 2e-11;
 /// How often a tangent serves once more at most.
 pub(crate) const MOST_REUSES: i32 = 3;
 /// Shortest part of a Newton step that is tried.

@@ -1,6 +1,14 @@
-//! The gradient 𝓛_u by one pass backwards through everything the nodes' values are made of: what the node at the
-//! end of each integral feels is handed on to what the integral is taken of, down to the modes. No row of derivatives is
-//! needed for it, so that a residual costs a fraction of a tangent.
+//! The gradient 𝓛_u (J per unit of the unknown) by one pass backwards through the integrals that make up 𝓛. No row of
+//! derivatives is needed, so that a residual costs a fraction of a tangent.
+//!
+//! ```text
+//! x_k(X) = L − ∫_X^L |h_k|       →  a: what |h_k| at a node is multiplied by in δ𝓛 (N)
+//! Δθ_k(X) = −∫_X^L Δθ_k'         →  b: the same for Δθ_k' (N m)
+//! c' = g t,  R' = R K^           →  n, μ: force (N) and moment (N m) of all loads beyond, base frame, as along a beam
+//! δ𝓛 = Σ ℓ (F_v + a |h|_v)·δv + b δΔθ_k' − n·t δg − μ·(R J δΩ),   δv = modes, labels and lengths
+//! ```
+//!
+//! F is the density of energy and gravity at a node (N) with its weight, v the local variables of `kinematics::follower`.
 
 use super::assembly::{Assembly, Efforts, Setting, turn_at_base};
 use crate::dense::{add_scaled, axpy, axpy_table, cross, inner, times};

@@ -1,4 +1,11 @@
-//! The Hessian 𝓛_uu of energies and conditions: second derivatives at the nodes between the rows of the local variables.
+//! The Hessian 𝓛_uu of energies and conditions (J per unit of both unknowns):
+//!
+//! ```text
+//! 𝓛_uu = Σ ℓ Zᵀ (F + a |h|)_vv Z + (terms of moving elements),   Z = dv/du
+//! ```
+//!
+//! over the nodes, F the density of energy and gravity (N) with the node's weight, v the local variables of `kinematics::follower`
+//! and a the adjoint of |h| from `gradient`. What loads add through poses stands in `stiffness`.
 
 use super::assembly::{Assembly, Efforts, Setting, add_outer, turn_at_base};
 use super::{energy, weight};

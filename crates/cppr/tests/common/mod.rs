@@ -53,6 +53,34 @@ pub fn bundle(parameters: &Value, turn: f64) -> Robot {
     robot(number(&parameters["L_m"]), tubes)
 }
 
+/// Three tubes whose followers bring their uncut parts in.
+pub fn three_with_edges() -> Robot {
+    let mm = 1e-3;
+    let tube = |radii: [f64; 2], depth: f64, direction: f64| {
+        TubeDesign::Notched(NotchedTube {
+            outline: Outline::Round { outer_radius: radii[0] * mm, inner_radius: radii[1] * mm },
+            depth: Profile::constant(depth * mm),
+            direction: Profile::constant(direction),
+            material: Material {
+                youngs_modulus: 5e9,
+                poissons_ratio: 0.35,
+                density: 1240.0,
+                allowable_strain: None,
+            },
+            torsion: Torsion::SaintVenant,
+            below: BelowPlate::Plain,
+            centroid_offset_factor: 1.0,
+            pattern: None,
+        })
+    };
+    let tubes = vec![
+        tube([4.5, 3.7], 7.2, 0.0),
+        tube([3.2, 2.4], 4.95, TAU / 3.0),
+        tube([1.9, 1.1], 2.7, -TAU / 3.0),
+    ];
+    robot(0.15, tubes)
+}
+
 /// The printed prototypes of the paper's Table 1 with a centroid factor.
 pub fn prototype(name: &str, factor: f64, below: BelowPlate) -> Robot {
     let mm = 1e-3;
