@@ -26,7 +26,7 @@ Examples:
   cppr sweep robots/r1.toml --pull -7..7mm --rotate -90..90deg --tip-force 0,-0.2..0.2,0N --samples 200 --output samples.npz
   cppr sweep robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 20 --output tolerance.csv
   cppr sweep robots/r1.toml --pull -6..6mm:25 --planar --limits --output plane.csv --plot plane.svg --colour closure
-  cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.csv --resume
+  cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.parquet --resume
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
 --rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
@@ -145,12 +145,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let shown = args.output.display();
     let format = Format::of(&args.output)
         .ok_or_else(|| Failure::Input(format!("{shown}: tables are written as .csv, .npz or .parquet")))?;
-    if !format.is_available() {
-        return Err(Failure::Input(format!(
-            "{shown}: this program was built without Parquet: build it with `cargo build --release --features parquet` \
-             (two minutes more), or write .csv or .npz"
-        )));
-    }
     // A link stays a link.
     let target = std::fs::canonicalize(&args.output).unwrap_or_else(|_| args.output.clone());
     let plot = args.plot.as_deref().map(figure::format).transpose()?;

@@ -43,8 +43,14 @@ fn whole(mut command: Command) -> Output {
 
 #[test]
 fn a_killed_sweep_is_resumed_to_the_same_bytes() {
+    for ending in ["csv", "parquet"] {
+        killed_and_resumed(ending);
+    }
+}
+
+fn killed_and_resumed(ending: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let (reference, output) = (folder.path().join("reference.csv"), folder.path().join("w.csv"));
+    let [reference, output] = ["reference", "w"].map(|name| folder.path().join(name).with_extension(ending));
     whole(long(&reference, &["--threads", "3"]));
     let mut child = long(&output, &[]).spawn().unwrap();
     underway(&mut child, &output);
@@ -64,6 +70,21 @@ fn a_killed_sweep_is_resumed_to_the_same_bytes() {
     assert!(solved < 101 * 241, "everything was solved again: {done}");
     assert!(std::fs::read(&output).unwrap() == std::fs::read(&reference).unwrap());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "parts are left");
+}
+
+/// The table has 65 MB of numbers.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_with_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    for ending in ["csv", "npz", "parquet"] {
+        let output = folder.path().join("w").with_extension(ending);
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -d 40000 && exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_cppr"), "sweep"]);
+        command.args(["robots/r1.toml", "--planar", "--pull", "0..7mm:600000", "--threads", "2", "--output"]);
+        command.arg(&output).current_dir(root());
+        whole(command);
+    }
 }
 
 #[test]
@@ -135,9 +156,6 @@ fn wrong_sweeps_are_refused_with_what_to_write() {
     };
     refused_at("w.xlsx", ".csv, .npz or .parquet");
     refused_at("no/such/w.csv", "there is no folder");
-    if !cfg!(feature = "parquet") {
-        refused_at("w.parquet", "--features parquet");
-    }
 }
 
 #[test]

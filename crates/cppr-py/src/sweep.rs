@@ -41,7 +41,7 @@ fn axis(arguments: AxisArguments) -> Axis {
 
 fn failed(py: Python<'_>, problem: &FileProblem) -> PyErr {
     match problem {
-        FileProblem::Task(_) | FileProblem::NoParquet => errors::command(py, problem),
+        FileProblem::Task(_) => errors::command(py, problem),
         _ => PyOSError::new_err(problem.to_string()),
     }
 }
@@ -82,7 +82,7 @@ pub fn sweep<'py>(
         base.loads.wrenches.insert(0, wrench);
     }
     let Some(format) = Format::of(&output) else {
-        let text = format!("{}: tables are written as .csv or .npz", output.display());
+        let text = format!("{}: tables are written as .csv, .npz or .parquet", output.display());
         return Err(PyValueError::new_err(text));
     };
     let limits = match teeth {

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet
 import pytest
 from conftest import uniform
 
@@ -111,6 +113,29 @@ def test_a_sweep_agrees_with_solves(tmp_path: Path) -> None:
     assert (table["tube2_rotation_rad"].round(9) == 0.2).all() and "closure_utilisation" in table.files
 
 
+def test_all_formats_hold_the_same_table(tmp_path: Path) -> None:
+    for ending in ("csv", "npz", "parquet"):
+        counts = cppr.sweep(
+            "robots/r1.toml", tmp_path / f"t.{ending}", pull=cppr.Range(0, 0.2, 400), margin=True, limits="rigid",
+            settings=cppr.Settings(planar=True),
+        )  # fmt: skip
+    assert counts["converged"] > 200 and counts["invalid_command"] == 100
+    parquet = pyarrow.parquet.read_table(tmp_path / "t.parquet")
+    csv = pd.read_csv(tmp_path / "t.csv", comment="#")
+    pd.testing.assert_frame_equal(
+        parquet.to_pandas().replace({None: np.nan}), csv, check_exact=True, check_dtype=False
+    )
+    is_null = parquet["tip_x_m"].is_null().to_numpy()
+    assert (is_null == ~csv.status_text.isin(["converged", "unstable"])).all() and is_null.any()
+    table = np.load(tmp_path / "t.npz")
+    for name in set(table.files) - {"metadata", "newton_steps"}:
+        assert np.array_equal(table[name], csv[name], equal_nan=True), name
+    # Whole numbers have no NaN.
+    assert (table["newton_steps"] == csv.newton_steps.fillna(0)).all()
+    description = parquet.schema.metadata[b"cppr"]
+    assert description == table["metadata"].tobytes() and json.loads(description)["schema"] == "cppr/sweep"
+
+
 def test_designs_vary_in_samples(tmp_path: Path) -> None:
     counts = cppr.sweep(
         "robots/r1.toml", tmp_path / "depth.csv", pull=4e-3, samples=20, seed=3,
@@ -161,7 +186,7 @@ def test_sweeps_that_cannot_be(tmp_path: Path) -> None:
         cppr.sweep(r1, out, pull=1e-3)
     with pytest.raises(cppr.CommandError, match="depth"):
         cppr.sweep(r1, out, vary={"tube1.depth": cppr.Range(1, 2, 2)})
-    with pytest.raises(ValueError, match="written as .csv or .npz"):
+    with pytest.raises(ValueError, match="written as .csv, .npz or .parquet"):
         cppr.sweep(r1, tmp_path / "a.txt", pull=cppr.Range(0, 1e-3, 2))
     with pytest.raises(cppr.RobotError, match="cannot be read"):
         cppr.sweep("none.toml", out, pull=cppr.Range(0, 1e-3, 2))

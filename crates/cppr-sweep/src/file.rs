@@ -42,8 +42,6 @@ pub struct Finished {
 pub enum FileProblem {
     /// The task is wrong.
     Task(TaskProblem),
-    /// This build does not know the format.
-    NoParquet,
     /// An interrupted sweep is there, and was not to be resumed: its folder.
     Unfinished(PathBuf),
     /// The interrupted sweep is another: its folder, and what differs.
@@ -71,12 +69,6 @@ impl fmt::Display for FileProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Task(problem) => problem.fmt(f),
-            Self::NoParquet => {
-                write!(
-                    f,
-                    "this program was built without Parquet: write .csv or .npz, or build with its feature parquet"
-                )
-            }
             Self::Unfinished(folder) => write!(
                 f,
                 "{} holds an unfinished sweep: go on with it (resume), or remove that folder to begin anew",
@@ -122,9 +114,6 @@ pub fn write_file(
     mut visit: impl FnMut(&Chunk),
 ) -> Result<Finished, FileProblem> {
     task.check().map_err(FileProblem::Task)?;
-    if !options.format.is_available() {
-        return Err(FileProblem::NoParquet);
-    }
     let (chunking, columns, manifest) = (task.chunking(), task.columns(), manifest(task));
     let mut journal = Journal::open(parts_of(output), &manifest, &chunking, columns.len(), options.resume)?;
     let rows_done =

@@ -1,8 +1,7 @@
-//! The formats of results: CSV, NPZ, Parquet (with the feature `parquet`).
+//! The formats of results: CSV, NPZ, Parquet.
 
 mod csv;
 mod npz;
-#[cfg(feature = "parquet")]
 mod parquet;
 
 use crate::journal::Journal;
@@ -33,12 +32,6 @@ impl Format {
             _ => None,
         }
     }
-
-    /// Can this build write it?
-    #[must_use]
-    pub fn is_available(self) -> bool {
-        self != Self::Parquet || cfg!(feature = "parquet")
-    }
 }
 
 /// What a writer needs.
@@ -54,9 +47,6 @@ pub(crate) fn write(format: Format, source: &mut Source, file: File) -> io::Resu
     match format {
         Format::Csv => csv::write(source, file),
         Format::Npz => npz::write(source, file),
-        #[cfg(feature = "parquet")]
         Format::Parquet => parquet::write(source, file),
-        #[cfg(not(feature = "parquet"))]
-        Format::Parquet => Err(io::Error::new(io::ErrorKind::Unsupported, "built without Parquet")),
     }
 }

@@ -205,7 +205,7 @@ fn written(task: &Task, name: &str, threads: usize) -> Vec<u8> {
 fn bytes_do_not_depend_on_threads() {
     let grid = grid();
     let samples = Task { plan: Plan::Samples { count: 300, seed: 3 }, ..grid.clone() };
-    for name in ["a.csv", "a.npz"] {
+    for name in ["a.csv", "a.npz", "a.parquet"] {
         for task in [&grid, &samples] {
             let one = written(task, name, 1);
             assert!(one == written(task, name, 2) && one == written(task, name, 3), "{name}");
@@ -268,33 +268,45 @@ fn failures_are_rows() {
     assert!(csv.lines().last().unwrap().starts_with("7.0,4,invalid_design,NaN,"), "{csv}");
 }
 
-/// `cargo test --release -p cppr-sweep --features parquet`
-#[cfg(feature = "parquet")]
+/// Several row groups; read again by another program in `crates/cppr-py/tests/test_analysis.py`.
 #[test]
-fn parquet_holds_the_numbers_of_the_csv_and_nulls() {
+fn parquet_holds_the_cells_of_the_csv_and_nulls() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::RowAccessor;
-    let tension = Variable::Actuator(Input { tube: 2, freedom: Freedom::PushPull, is_motion: false });
-    let task = task("r1.toml", vec![range(tension, 0.0, 1e6, 3)]);
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.parquet");
-    std::fs::write(&path, written(&task, "a.parquet", 2)).unwrap();
-    let reader = SerializedFileReader::new(std::fs::File::open(path).unwrap()).unwrap();
+    use parquet::record::Field;
+    // Some have no equilibrium, some are beyond the robot's length.
+    let mut task = task("r1.toml", vec![range(motion(2, Freedom::PushPull), 0.0, 0.2, 40_000)]);
+    (task.settings, task.base) = (Settings::planar(), Command::held(&task.robot));
+    let mut file = tempfile::tempfile().unwrap();
+    std::io::Write::write_all(&mut file, &written(&task, "a.parquet", 2)).unwrap();
+    let reader = SerializedFileReader::new(file).unwrap();
+    assert_eq!(reader.num_row_groups(), 2);
     let pairs = reader.metadata().file_metadata().key_value_metadata().unwrap();
-    assert!(pairs.iter().any(|p| p.key == "cppr" && p.value.as_ref().unwrap().contains("cppr/sweep")));
+    let description = pairs.iter().find(|p| p.key == "cppr").unwrap().value.clone().unwrap();
     let csv = String::from_utf8(written(&task, "a.csv", 2)).unwrap();
-    let mut seen = 0;
-    for (row, line) in reader.get_row_iter(None).unwrap().zip(csv.lines().skip(2)) {
-        let (row, cells): (_, Vec<&str>) = (row.unwrap(), line.split(',').collect());
-        assert_eq!(row.get_int(1).unwrap().to_string(), cells[1]);
-        assert_eq!(row.get_string(2).unwrap(), cells[2]);
-        match row.get_double(3) {
-            Ok(x) => assert_eq!(x.to_bits(), cells[3].parse::<f64>().unwrap().to_bits()),
-            Err(_) => assert_eq!(cells[3], "NaN"),
+    let mut lines = csv.lines();
+    assert_eq!(lines.next().unwrap(), format!("# {description}"));
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let mut nulls = 0;
+    let mut rows = reader.get_row_iter(None).unwrap();
+    for line in lines {
+        let row = rows.next().unwrap().unwrap();
+        for ((cell, name), (own, field)) in line.split(',').zip(&names).zip(row.get_column_iter()) {
+            assert_eq!(name, own);
+            match field {
+                Field::Null => {
+                    nulls += 1;
+                    assert_eq!(cell, "NaN", "{name}");
+                }
+                Field::Double(value) => {
+                    assert_eq!(value.to_bits(), cell.parse::<f64>().unwrap().to_bits(), "{name}");
+                }
+                Field::Int(value) => assert_eq!(value.to_string(), cell, "{name}"),
+                Field::Str(value) => assert_eq!(value, cell, "{name}"),
+                other => panic!("{name}: {other}"),
+            }
         }
-        seen += 1;
     }
-    assert_eq!(seen, 3);
+    assert!(rows.next().is_none() && nulls > 10_000, "{nulls}");
 }
 
 #[test]

@@ -65,8 +65,8 @@ def sweep(
 
     A number is fixed, a `Range` or `Normal` varies. `vary` holds numbers of the robot file by their keys, in their own
     units: ``{"tube2.notches.depth_mm": Range(1.9, 2.1, 5)}``. With `samples` that many points are taken instead of the grid.
-    `margin` and `limits` (what the teeth do) add columns. `output` ends in .csv or .npz; columns carry their units. Nothing that
-    was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
+    `margin` and `limits` (what the teeth do) add columns. `output` ends in .csv, .npz or .parquet; columns carry their units.
+    Nothing that was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
 
     Raises `RobotError`, `CommandError` for a sweep that cannot be, `OSError` where an unfinished sweep is in the way.
     """

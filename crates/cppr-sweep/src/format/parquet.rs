@@ -44,7 +44,8 @@ fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
     for Column { name, kind } in columns {
         let (physical, repetition) = match kind {
             Kind::Number => (Physical::DOUBLE, Repetition::OPTIONAL),
-            Kind::Count | Kind::Status => (Physical::INT32, Repetition::REQUIRED),
+            Kind::Count => (Physical::INT32, Repetition::OPTIONAL),
+            Kind::Status => (Physical::INT32, Repetition::REQUIRED),
         };
         let field = Type::primitive_type_builder(name, physical).with_repetition(repetition);
         fields.push(Arc::new(field.build()?));
@@ -67,16 +68,18 @@ fn put(
     let mut rows = writer.next_row_group()?;
     for (index, column) in columns.iter().enumerate() {
         let values = || group.iter().flat_map(|chunk| chunk.column(index)).copied();
+        let there = || values().filter(|v| !v.is_nan());
+        // 1 where there is a number, 0 for a null; not asked for where a number is required.
+        let levels: Vec<i16> = values().map(|v| i16::from(!v.is_nan())).collect();
         let mut out = rows.next_column()?.ok_or_else(missing)?;
         if column.kind == Kind::Number {
-            let there: Vec<f64> = values().filter(|v| !v.is_nan()).collect();
-            let levels: Vec<i16> = values().map(|v| i16::from(!v.is_nan())).collect();
-            out.typed::<DoubleType>().write_batch(&there, Some(&levels), None)?;
+            let numbers: Vec<f64> = there().collect();
+            out.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
         } else {
             // Codes and counts are small whole numbers.
             #[allow(clippy::cast_possible_truncation)]
-            let whole: Vec<i32> = values().map(|v| v as i32).collect();
-            out.typed::<Int32Type>().write_batch(&whole, None, None)?;
+            let whole: Vec<i32> = there().map(|v| v as i32).collect();
+            out.typed::<Int32Type>().write_batch(&whole, Some(&levels), None)?;
         }
         out.close()?;
         if column.kind == Kind::Status {
