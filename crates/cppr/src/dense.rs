@@ -12,6 +12,8 @@ pub(crate) struct Lu<S = f64> {
     inverses: Vec<S>,
     /// Rows as they were exchanged; empty where none was.
     pivots: Vec<usize>,
+    /// Nothing below the diagonal of `factors` is set: L = (D⁻¹ U)ᵀ.
+    symmetric: bool,
 }
 
 /// A determinant that may be far beyond the range of numbers.
@@ -32,23 +34,24 @@ impl<S: Real> Lu<S> {
     /// `positive` pivots are positive and the others negative: there the order was a good one, and a symmetric
     /// matrix has as many positive eigenvalues.
     pub fn factor_in_order(&mut self, matrix: &[S], n: usize, positive: usize) -> u64 {
-        self.take(matrix, n);
-        self.eliminate_in_order(positive)
+        self.begin(n).copy_from_slice(&matrix[..n * n]);
+        self.eliminate_in_order(positive, false)
     }
 
-    /// Takes an n × n matrix to be factored and hands it out once more for changes.
-    pub fn take(&mut self, matrix: &[S], n: usize) -> &mut [S] {
+    /// Room for an n × n matrix, whose entries all mean nothing yet.
+    pub fn begin(&mut self, n: usize) -> &mut [S] {
         self.n = n;
-        self.factors.clear();
-        self.factors.extend_from_slice(&matrix[..n * n]);
+        self.factors.resize(n * n, S::zero());
         self.pivots.clear();
         self.inverses.clear();
         &mut self.factors
     }
 
-    /// Factors the matrix that was taken, as [`Lu::factor_in_order`].
-    pub fn eliminate_in_order(&mut self, positive: usize) -> u64 {
+    /// Factors the matrix that stands in the room, as [`Lu::factor_in_order`]; of a symmetric one nothing below the diagonal
+    /// is read.
+    pub fn eliminate_in_order(&mut self, positive: usize, symmetric: bool) -> u64 {
         let n = self.n;
+        self.symmetric = symmetric;
         let mut good = every::<S>();
         for k in 0..n {
             let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
@@ -57,10 +60,12 @@ impl<S: Real> Lu<S> {
             good &= pivot.mask(|p| if k < positive { p > LEAST_PIVOT } else { p < -LEAST_PIVOT });
             let inverse = S::one() / pivot;
             self.inverses.push(inverse);
-            for target in lower.chunks_exact_mut(n) {
-                let factor = target[k] * inverse;
-                target[k] = factor;
-                if !factor.vanishes() {
+            for (i, target) in (k + 1..n).zip(lower.chunks_exact_mut(n)) {
+                if symmetric {
+                    axpy(&mut target[i..], -(row[i] * inverse), &row[i..]);
+                } else {
+                    let factor = target[k] * inverse;
+                    target[k] = factor;
                     axpy(&mut target[k + 1..], -factor, &row[k + 1..]);
                 }
             }
@@ -78,9 +83,16 @@ impl<S: Real> Lu<S> {
             }
         }
         if columns == 1 {
-            for i in 1..n {
-                let (done, rest) = b.split_at_mut(i);
-                rest[0] -= dot(&self.factors[i * n..i * n + i], done);
+            if self.symmetric {
+                for (i, (row, inverse)) in self.factors.chunks_exact(n).zip(&self.inverses).enumerate() {
+                    let (done, rest) = b.split_at_mut(i + 1);
+                    axpy(rest, -(done[i] * *inverse), &row[i + 1..]);
+                }
+            } else {
+                for (i, row) in self.factors.chunks_exact(n).enumerate().skip(1) {
+                    let (done, rest) = b.split_at_mut(i);
+                    rest[0] -= dot(&row[..i], done);
+                }
             }
             for i in (0..n).rev() {
                 let (head, done) = b.split_at_mut(i + 1);
@@ -92,7 +104,12 @@ impl<S: Real> Lu<S> {
             let (done, rest) = b.split_at_mut(i * columns);
             let target = &mut rest[..columns];
             for (k, row) in done.chunks_exact(columns).enumerate() {
-                axpy(target, -self.factors[i * n + k], row);
+                let factor = if self.symmetric {
+                    self.factors[k * n + i] * self.inverses[k]
+                } else {
+                    self.factors[i * n + k]
+                };
+                axpy(target, -factor, row);
             }
         }
         for i in (0..n).rev() {
@@ -125,7 +142,8 @@ impl Lu {
 
     /// Factors an n × n row-major matrix with partial pivoting.
     pub fn factor(&mut self, matrix: &[f64], n: usize) -> Result<(), Singular> {
-        self.take(matrix, n);
+        self.begin(n).copy_from_slice(&matrix[..n * n]);
+        self.symmetric = false;
         for k in 0..n {
             let mut pivot = k;
             let mut best = self.factors[k * n + k].abs();
@@ -186,13 +204,14 @@ pub(crate) fn dot_table<S: Real>(weights: &[f64], y: &[S]) -> S {
     weights.iter().zip(y).fold(S::zero(), |sum, (w, y)| sum.plus(*y, S::splat(*w)))
 }
 
-/// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y.
+/// y += v₁ x₁ + v₂ x₂ + v₃ x₃ with the three rows of `x`, each as long as y, in the columns from `from` on.
 #[inline]
-pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S]) {
+pub(crate) fn add_rows<S: Real>(y: &mut [S], v: &Vector3<S>, x: &[S], from: usize) {
     let n = y.len();
     let (first, rest) = x.split_at(n);
     let (second, third) = rest.split_at(n);
-    for ((y, a), (b, c)) in y.iter_mut().zip(first).zip(second.iter().zip(third)) {
+    let (first, second, third) = (&first[from..], &second[from..], &third[from..]);
+    for ((y, a), (b, c)) in y[from..].iter_mut().zip(first).zip(second.iter().zip(third)) {
         *y = y.plus(v.x, *a).plus(v.y, *b).plus(v.z, *c);
     }
 }

@@ -399,12 +399,13 @@ impl<'a> Recovery<'a> {
         let (n, length) = (rule.n, state.lengths[e]);
         let step = rule.nodes.iter().position(|&node| node > x).unwrap_or(n);
         let from = if step == 0 { 0.0 } else { rule.nodes[step - 1] };
-        let before = poses.steps[point(layout, e, step)].before;
+        let before = poses.before(point(layout, e, step));
         let shares = rule.magnus_weights(from, x);
         let alpha = shares.map(|share| {
             (0..n).map(|j| curvature(state, layout, element.first_node + j) * (length * share[j])).sum()
         });
-        let rotation = before * so3::exp_and_jacobian(&Magnus::new(alpha).omega).0;
+        let omega = Magnus::new(alpha).omega;
+        let rotation = before * so3::exponential(&omega, &so3::coefficients(&omega));
         let weights = rule.integral(0.0, x);
         let start = if e == 0 { Vector3::zeros() } else { poses.centre[point(layout, e, 0) - 1] };
         let sum: Vector3<f64> = (0..n)

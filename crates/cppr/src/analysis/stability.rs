@@ -56,7 +56,7 @@ pub(crate) const NEUTRAL: f64 = 1e-9;
 
 /// All eigenvalues, ascending, of the tangent at the evaluated point against the elastic stiffness; `None` as for
 /// [`stability`].
-pub(crate) fn spectrum(workspace: &Workspace, system: &System) -> Option<Vec<f64>> {
+pub(crate) fn spectrum(workspace: &mut Workspace, system: &System) -> Option<Vec<f64>> {
     if system.formulation == Formulation::Printed {
         return None;
     }
@@ -75,7 +75,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn new(workspace: &Workspace, system: &System) -> Option<Self> {
+    fn new(workspace: &mut Workspace, system: &System) -> Option<Self> {
         let free = free_motions(workspace, system);
         let tangent = reduced_tangent(workspace, &free);
         let elastic = free.transpose() * elastic_stiffness(workspace, system) * &free;
@@ -102,7 +102,8 @@ pub(crate) fn is_stable(workspace: &mut Workspace, system: &System) -> bool {
 
 /// A basis of the scaled motions that keep all conditions, one column each, by elimination with full
 /// pivoting of the conditions' rows.
-fn free_motions(workspace: &Workspace, system: &System) -> DMatrix<f64> {
+fn free_motions(workspace: &mut Workspace, system: &System) -> DMatrix<f64> {
+    workspace.compose_matrix(system);
     let n_u = system.layout.unknowns();
     let n = workspace.residual.len();
     let mut rows: Vec<Vec<f64>> = (n_u..n).map(|i| workspace.matrix[i * n..i * n + n_u].to_vec()).collect();

@@ -30,13 +30,20 @@ pub(crate) type Curvature<S> = [[S; 9]; 9];
 impl<S: Real> Magnus<S> {
     #[inline]
     pub fn new(alpha: [Vector3<S>; 3]) -> Self {
-        let [a1, a2, a3] = &alpha;
+        let mut result = Self { alpha, ..Self::default() };
+        result.evaluate();
+        result
+    }
+
+    /// Ω of the generators that `alpha` holds.
+    #[inline]
+    pub fn evaluate(&mut self) {
+        let [a1, a2, a3] = &self.alpha;
         let c = cross(a1, a2);
-        let w = sum(&scaled(a3, 2.0), -1.0, &c);
-        let p = sum(&sum(&c, 1.0, a3), 20.0, a1);
-        let q = sum(a2, 1.0 / 60.0, &cross(a1, &w));
-        let omega = sum(&sum(a1, 1.0 / 12.0, a3), 1.0 / 240.0, &cross(&p, &q));
-        Self { alpha, omega, w, p, q }
+        self.w = sum(&scaled(a3, 2.0), -1.0, &c);
+        self.p = sum(&sum(&c, 1.0, a3), 20.0, a1);
+        self.q = sum(a2, 1.0 / 60.0, &cross(a1, &self.w));
+        self.omega = sum(&sum(a1, 1.0 / 12.0, a3), 1.0 / 240.0, &cross(&self.p, &self.q));
     }
 
     /// dΩ by the generators.
@@ -143,7 +150,7 @@ fn sum<S: Real>(u: &Vector3<S>, factor: f64, v: &Vector3<S>) -> Vector3<S> {
 #[cfg(test)]
 mod tests {
     use super::Magnus;
-    use crate::kinematics::so3::exp_and_jacobian;
+    use crate::kinematics::so3::{coefficients, exponential};
     use nalgebra::{Matrix3, Vector3};
 
     fn generators(v: &[f64]) -> [Vector3<f64>; 3] {
@@ -185,7 +192,8 @@ mod tests {
             let m = a + 0.5 * h;
             let slope = Vector3::new(1.0, -3.0, 4.0 * m);
             let alpha = [k(m) * h, slope * h * h, Vector3::new(0.0, 0.0, 2.0) * h * h * h];
-            exp_and_jacobian(&Magnus::new(alpha).omega).0
+            let omega = Magnus::new(alpha).omega;
+            exponential(&omega, &coefficients(&omega))
         };
         let chain = |count: u32| -> Matrix3<f64> {
             let h = 1.0 / f64::from(count);

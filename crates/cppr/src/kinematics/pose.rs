@@ -9,17 +9,16 @@ use super::layout::Layout;
 use super::magnus::{Magnus, Slope};
 use super::so3::{self, Coefficients};
 use super::state::State;
-use crate::dense::{add_rows, add_scaled, axpy, column, dot, product, set_column, times};
+use crate::dense::{add_scaled, axpy, column, cross, dot, product, set_column};
 use crate::design::Robot;
 use crate::design::fields::Part;
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
+use std::array::from_fn;
 
 /// One rotation step and what its derivatives need.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Step<S: Real = f64> {
-    /// R before the step.
-    pub before: Matrix3<S>,
     /// Ω and what it is made of.
     pub magnus: Magnus<S>,
     /// Left Jacobian of exp at Ω, and the coefficients it is made of.
@@ -31,6 +30,8 @@ pub(crate) struct Step<S: Real = f64> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Poses<S: Real = f64> {
     pub steps: Vec<Step<S>>,
+    /// R of the clamped section.
+    base: Matrix3<S>,
     /// Rotation at every point.
     pub rotation: Vec<Matrix3<S>>,
     /// Centreline at every point (m).
@@ -43,8 +44,6 @@ pub(crate) struct Poses<S: Real = f64> {
     pub spin: Vec<S>,
     /// Per point three rows: c by the unknowns.
     pub shift: Vec<S>,
-    /// Per step three rows: Ω by the unknowns that turn it (edges, then the element's ΔK).
-    omega: Vec<S>,
     /// Per step dΩ by the generators.
     pub slopes: Vec<Slope<S>>,
     /// Per step and edge that moves it: the generators by the edge, over ℓ.
@@ -65,12 +64,6 @@ pub(crate) fn point(layout: &Layout, e: usize, i: usize) -> usize {
 #[inline]
 pub(crate) fn turning(layout: &Layout, e: usize) -> usize {
     layout.edges.len() + layout.elements[e].turning.len()
-}
-
-/// Columns of all steps before step `s` of element `e`.
-fn steps_before(layout: &Layout, e: usize, s: usize) -> usize {
-    let all = |e: usize| (layout.rules[layout.elements[e].rule].n + 1) * turning(layout, e);
-    (0..e).map(all).sum::<usize>() + if s > 0 { s * turning(layout, e) } else { 0 }
 }
 
 /// The unknown that stands in column `i` of an element's step rows.
@@ -118,40 +111,44 @@ impl<S: Real> Poses<S> {
         self.centre.resize(points, Vector3::zeros());
         self.stretch.resize(layout.nodes, S::zero());
         self.steps.resize(points, Step::default());
-        let mut rotation = splat(&base_rotation(robot));
+        self.base = splat(&base_rotation(robot));
+        let mut rotation = self.base;
         let mut start = Vector3::zeros();
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let (n, length) = (rule.n, state.lengths[e]);
             for s in 0..=n {
-                let (mut a1, mut a2, mut a3) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-                for j in 0..n {
-                    let k = curvature(state, layout, element.first_node + j);
-                    let share = |m: usize| length * rule.magnus[m][s * n + j];
-                    add_scaled(&mut a1, share(0), &k);
-                    add_scaled(&mut a2, share(1), &k);
-                    add_scaled(&mut a3, share(2), &k);
-                }
                 let at = point(layout, e, s);
                 let step = &mut self.steps[at];
-                step.before = rotation;
-                step.magnus = Magnus::new([a1, a2, a3]);
-                let exp;
-                (exp, step.jacobian, step.coefficients) = so3::exp_and_jacobian(&step.magnus.omega);
-                rotation = product(&rotation, &exp);
+                for (alpha, shares) in step.magnus.alpha.iter_mut().zip(&rule.magnus) {
+                    let mut sum = Vector3::zeros();
+                    for (j, share) in shares[s * n..(s + 1) * n].iter().enumerate() {
+                        add_scaled(
+                            &mut sum,
+                            S::splat(*share),
+                            &curvature(state, layout, element.first_node + j),
+                        );
+                    }
+                    *alpha = Vector3::new(length * sum.x, length * sum.y, length * sum.z);
+                }
+                step.magnus.evaluate();
+                let omega = &step.magnus.omega;
+                step.coefficients = so3::coefficients(omega);
+                step.jacobian = so3::left_jacobian(omega, &step.coefficients);
+                rotation = product(&rotation, &so3::exponential(omega, &step.coefficients));
                 self.rotation[at] = rotation;
             }
-            for j in 0..n {
-                self.stretch[element.first_node + j] = centre_rate(state, layout, element.first_node + j);
-            }
             for i in 0..=n {
-                let weights = if i < n { &rule.from_start[i * n..(i + 1) * n] } else { &rule.weights[..] };
-                let mut centre = start;
-                for (j, weight) in weights.iter().enumerate() {
-                    let rate = length * self.stretch[element.first_node + j] * *weight;
-                    add_scaled(&mut centre, rate, &tangent(&self.rotation[point(layout, e, j)]));
+                self.centre[point(layout, e, i)] = start;
+            }
+            for j in 0..n {
+                let stretch = centre_rate(state, layout, element.first_node + j);
+                self.stretch[element.first_node + j] = stretch;
+                let t = tangent(&self.rotation[point(layout, e, j)]);
+                let shares = rule.from_start.iter().skip(j).step_by(n).chain([&rule.weights[j]]);
+                for (centre, share) in self.centre[point(layout, e, 0)..].iter_mut().zip(shares) {
+                    add_scaled(centre, length * stretch * *share, &t);
                 }
-                self.centre[point(layout, e, i)] = centre;
             }
             start = self.centre[point(layout, e, n)];
         }
@@ -167,7 +164,6 @@ impl<S: Real> Poses<S> {
                 rows.clear();
                 rows.resize(points * 3 * self.posed, S::zero());
             }
-            self.omega.resize(steps_before(layout, layout.elements.len(), 0) * 3, S::zero());
             self.slopes.resize(points, [[S::zero(); 9]; 3]);
             self.by_edge.resize(points * layout.edges.len(), [S::zero(); 9]);
         }
@@ -181,10 +177,22 @@ impl<S: Real> Poses<S> {
         self.known = layout.serial;
     }
 
-    /// Ω of one step by the unknowns that turn it: three rows, each as long as `turning`.
-    pub fn omega(&self, layout: &Layout, e: usize, s: usize) -> &[S] {
-        let start = steps_before(layout, e, s) * 3;
-        &self.omega[start..start + turning(layout, e) * 3]
+    /// R before a step.
+    #[inline]
+    pub fn before(&self, at: usize) -> &Matrix3<S> {
+        at.checked_sub(1).map_or(&self.base, |before| &self.rotation[before])
+    }
+
+    /// What a step adds to the spin of one unknown: R J Ω_u.
+    #[inline]
+    pub fn turned(&self, at: usize, unknown: usize) -> Vector3<S> {
+        let rows = |at: usize| &self.spin[at * 3 * self.posed..(at + 1) * 3 * self.posed];
+        let here = column(rows(at), self.posed, unknown);
+        if at == 0 {
+            return here;
+        }
+        let before = column(rows(at - 1), self.posed, unknown);
+        Vector3::new(here.x - before.x, here.y - before.y, here.z - before.z)
     }
 
     /// α of one step by the edges, over ℓ.
@@ -210,83 +218,77 @@ impl<S: Real> Poses<S> {
         }
     }
 
-    /// Spin of one point: that of the point before plus the step's.
+    /// Spin of one point: that of the point before plus the step's, R J dΩ.
     fn turn(&mut self, layout: &Layout, state: &State<S>, e: usize, s: usize) {
-        let (posed, at, count) = (self.posed, point(layout, e, s), turning(layout, e));
-        let (element, length, edges) = (&layout.elements[e], state.lengths[e], layout.edges.len());
+        let (posed, at, edges) = (self.posed, point(layout, e, s), layout.edges.len());
+        let (element, length) = (&layout.elements[e], state.lengths[e]);
         let rule = &layout.rules[element.rule];
         let step = &self.steps[at];
         let slope = step.magnus.slope();
-        let place = steps_before(layout, e, s) * 3;
-        let omega = &mut self.omega[place..place + count * 3];
-        for (d, slope) in slope.iter().enumerate() {
-            let row = &mut omega[d * count..(d + 1) * count];
-            for (entry, by_edge) in row.iter_mut().zip(&self.by_edge[at * edges..]) {
-                *entry = length * dot(slope, by_edge);
+        let turn = product(self.before(at), &step.jacobian);
+        let (done, rest) = self.spin.split_at_mut(at * 3 * posed);
+        let before = done.rchunks_exact(3 * posed).next();
+        for (d, spin) in rest[..3 * posed].chunks_exact_mut(posed).enumerate() {
+            let before = before.map(|rows| &rows[d * posed..(d + 1) * posed]);
+            // Row d of ℓ R J dΩ by the generators.
+            let [x, y, z] = [turn[(d, 0)], turn[(d, 1)], turn[(d, 2)]].map(|t| length * t);
+            let by_alpha: [S; 9] = from_fn(|k| (x * slope[0][k]).plus(y, slope[1][k]).plus(z, slope[2][k]));
+            let before = |u: usize| before.map_or(S::zero(), |row| row[u]);
+            if turning(layout, e) < posed {
+                spin.iter_mut().enumerate().for_each(|(u, entry)| *entry = before(u));
+            }
+            let by_edges = &self.by_edge[at * edges..(at + 1) * edges];
+            for (u, (entry, by_edge)) in spin.iter_mut().zip(by_edges).enumerate() {
+                *entry = before(u) + dot(&by_alpha, by_edge);
             }
             for axis in 0..3 {
                 let (first, modes) = element.modes[axis];
                 let [t1, t2, t3] = rule.shares_of_modes(s, modes);
-                let own = edges + first - element.turning.start;
-                let scaled = [length * slope[axis], length * slope[3 + axis], length * slope[6 + axis]];
-                for (i, entry) in row[own..own + modes].iter_mut().enumerate() {
-                    *entry =
-                        (scaled[0] * t1[i]).plus(scaled[1], S::splat(t2[i])).plus(scaled[2], S::splat(t3[i]));
+                let [a, b, c] = [by_alpha[axis], by_alpha[3 + axis], by_alpha[6 + axis]];
+                for (i, entry) in spin[first..first + modes].iter_mut().enumerate() {
+                    let [t1, t2, t3] = [t1[i], t2[i], t3[i]].map(S::splat);
+                    *entry = before(first + i).plus(a, t1).plus(b, t2).plus(c, t3);
                 }
             }
         }
         self.slopes[at] = slope;
-        let turn = product(&step.before, &step.jacobian);
-        if at == 0 {
-            self.spin[..3 * posed].fill(S::zero());
-        } else {
-            self.spin.copy_within((at - 1) * 3 * posed..at * 3 * posed, at * 3 * posed);
-        }
-        let spin = &mut self.spin[at * 3 * posed..(at + 1) * 3 * posed];
-        for i in 0..count {
-            let unknown = turning_unknown(layout, e, i);
-            let mut sum = times(&turn, &column(omega, count, i));
-            add_scaled(&mut sum, S::one(), &column(spin, posed, unknown));
-            set_column(spin, posed, unknown, &sum);
-        }
     }
 
     fn move_centres(&mut self, layout: &Layout, state: &State<S>, e: usize, everywhere: bool) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, posed, length) = (rule.n, self.posed, state.lengths[e]);
-        // d(g t)/du at the nodes, with the part of the element's length.
-        self.rates.clear();
-        self.rates.resize(n * 3 * posed, S::zero());
+        let block = 3 * posed;
+        let places = if everywhere { 0..=n } else { n..=n };
+        for i in places.clone() {
+            let at = point(layout, e, i) * block;
+            if e == 0 {
+                self.shift[at..at + block].fill(S::zero());
+            } else {
+                let start = (point(layout, e, 0) - 1) * block;
+                self.shift.copy_within(start..start + block, at);
+            }
+        }
+        self.rates.resize(block, S::zero());
         for j in 0..n {
+            // d(g t)/du at the node, with the part of the element's length.
             let (node, at) = (element.first_node + j, point(layout, e, j));
             let (t, g) = (tangent(&self.rotation[at]), self.stretch[node]);
             stretch_row(layout, state, e, node, &mut self.row);
             if !layout.edges.is_empty() {
                 axpy(&mut self.row, g / length, &state.length_row(e)[..posed]);
             }
-            let spin = &self.spin[at * 3 * posed..(at + 1) * 3 * posed];
-            // g φ × t + (dg/du) t, one row for each direction.
-            let zero = S::zero();
-            let (x, y, z) = (g * t.x, g * t.y, g * t.z);
-            let across = [[zero, z, -y], [-z, zero, x], [y, -x, zero]];
-            for (d, [x, y, z]) in across.into_iter().enumerate() {
-                let target = &mut self.rates[(j * 3 + d) * posed..(j * 3 + d + 1) * posed];
-                axpy(target, t[d], &self.row);
-                add_rows(target, &Vector3::new(x, y, z), spin);
+            let flow = Vector3::new(g * t.x, g * t.y, g * t.z);
+            let spin = &self.spin[at * block..(at + 1) * block];
+            for (u, stretched) in self.row.iter().enumerate() {
+                let mut rate = cross(&column(spin, posed, u), &flow);
+                add_scaled(&mut rate, *stretched, &t);
+                set_column(&mut self.rates, posed, u, &rate);
             }
-        }
-        for i in if everywhere { 0..=n } else { n..=n } {
-            let weights = if i < n { &rule.from_start[i * n..(i + 1) * n] } else { &rule.weights[..] };
-            let at = point(layout, e, i) * 3 * posed;
-            if e == 0 {
-                self.shift[at..at + 3 * posed].fill(S::zero());
-            } else {
-                let start = (point(layout, e, 0) - 1) * 3 * posed;
-                self.shift.copy_within(start..start + 3 * posed, at);
-            }
-            for (weight, rate) in weights.iter().zip(self.rates.chunks_exact(3 * posed)) {
-                axpy(&mut self.shift[at..at + 3 * posed], length * *weight, rate);
+            for i in places.clone() {
+                let share = if i < n { rule.from_start[i * n + j] } else { rule.weights[j] };
+                let at = point(layout, e, i) * block;
+                axpy(&mut self.shift[at..at + block], length * share, &self.rates);
             }
         }
     }

@@ -3,9 +3,10 @@
 //! With ϑ = |Ω|: exp(Ω^) = 1 + a Ω^ + b Ω^², J(Ω) = 1 + b Ω^ + c Ω^², where a = sin ϑ/ϑ,
 //! b = (1 − cos ϑ)/ϑ², c = (ϑ − sin ϑ)/ϑ³, and exp((Ω + δΩ)^) = exp((J δΩ)^) exp(Ω^) to first order.
 
-use crate::dense::{Block, cross};
+use crate::dense::{Block, cross, inner};
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
+use std::array::from_fn;
 
 /// v^ with v^ w = v × w.
 #[inline]
@@ -55,50 +56,63 @@ const fn series() -> [[f64; TERMS]; 5] {
     all
 }
 
-fn coefficients<S: Real>(angle_squared: S) -> Coefficients<S> {
-    let t = angle_squared;
-    if t.mask(|t| t > SERIES_BELOW * SERIES_BELOW) == 0 {
-        let sum = |c: &[f64; TERMS]| c.iter().rev().fold(S::zero(), |sum, &c| S::splat(c).plus(sum, t));
-        return [sum(&SERIES[0]), sum(&SERIES[1]), sum(&SERIES[2]), sum(&SERIES[3]), sum(&SERIES[4])];
+/// The coefficients of a rotation vector.
+#[inline]
+pub(crate) fn coefficients<S: Real>(w: &Vector3<S>) -> Coefficients<S> {
+    let squared = inner(w, w);
+    if squared.mask(|t| t > SERIES_BELOW * SERIES_BELOW) == 0 {
+        return by_series(squared);
     }
-    let one = |t: f64| -> Coefficients<f64> {
-        if t <= SERIES_BELOW * SERIES_BELOW {
-            return coefficients(t);
-        }
-        let angle = t.sqrt();
-        let (sin, cos) = angle.sin_cos();
-        let (a, b) = (sin / angle, (1.0 - cos) / t);
-        let c = (1.0 - a) / t;
-        [a, b, c, (a - 2.0 * b) / t, (b - 3.0 * c) / t]
-    };
-    let each = |k: usize| S::from_lanes(|l| one(t.lane(l))[k]);
-    [each(0), each(1), each(2), each(3), each(4)]
+    let each = |t: f64| if t > SERIES_BELOW * SERIES_BELOW { in_closed_form(t) } else { by_series(t) };
+    from_fn(|k| squared.map(|t| each(t)[k]))
 }
 
-/// exp(Ω^), the left Jacobian J(Ω), and the coefficients that [`jacobian_derivative`] asks for.
 #[inline]
-pub(crate) fn exp_and_jacobian<S: Real>(w: &Vector3<S>) -> (Matrix3<S>, Matrix3<S>, Coefficients<S>) {
-    let squared = (w.x * w.x).plus(w.y, w.y).plus(w.z, w.z);
-    let known = coefficients(squared);
-    let [a, b, c, ..] = known;
-    // 1 + f Ω^ + g Ω^² with Ω^² = Ω Ωᵀ − ϑ² 1.
-    let matrix = |f: S, g: S| {
-        let diagonal = |x: S| S::one().plus(g, x * x - squared);
-        let (x, y, z) = (f * w.x, f * w.y, f * w.z);
-        let (xy, xz, yz) = (g * w.x * w.y, g * w.x * w.z, g * w.y * w.z);
-        Matrix3::new(
-            diagonal(w.x),
-            xy - z,
-            xz + y,
-            xy + z,
-            diagonal(w.y),
-            yz - x,
-            xz - y,
-            yz + x,
-            diagonal(w.z),
-        )
-    };
-    (matrix(a, b), matrix(b, c), known)
+fn by_series<S: Real>(t: S) -> Coefficients<S> {
+    let sum = |k: usize| SERIES[k].iter().rev().fold(S::zero(), |sum, &c| S::splat(c).plus(sum, t));
+    [sum(0), sum(1), sum(2), sum(3), sum(4)]
+}
+
+fn in_closed_form(t: f64) -> Coefficients<f64> {
+    let angle = t.sqrt();
+    let (sin, cos) = angle.sin_cos();
+    let (a, b) = (sin / angle, (1.0 - cos) / t);
+    let c = (1.0 - a) / t;
+    [a, b, c, (a - 2.0 * b) / t, (b - 3.0 * c) / t]
+}
+
+/// exp(Ω^).
+#[inline]
+pub(crate) fn exponential<S: Real>(w: &Vector3<S>, [a, b, ..]: &Coefficients<S>) -> Matrix3<S> {
+    quadratic(w, *a, *b)
+}
+
+/// The left Jacobian J(Ω).
+#[inline]
+pub(crate) fn left_jacobian<S: Real>(w: &Vector3<S>, [_, b, c, ..]: &Coefficients<S>) -> Matrix3<S> {
+    quadratic(w, *b, *c)
+}
+
+/// 1 + f Ω^ + g Ω^².
+#[inline]
+fn quadratic<S: Real>(w: &Vector3<S>, f: S, g: S) -> Matrix3<S> {
+    // Ω^² = Ω Ωᵀ − ϑ² 1.
+    let (x, y, z) = (f * w.x, f * w.y, f * w.z);
+    let (gx, gy, gz) = (g * w.x, g * w.y, g * w.z);
+    let (xx, yy, zz) = (gx * w.x, gy * w.y, gz * w.z);
+    let (xy, xz, yz) = (gx * w.y, gx * w.z, gy * w.z);
+    let one = S::one();
+    Matrix3::new(
+        one - (yy + zz),
+        xy - z,
+        xz + y,
+        xy + z,
+        one - (xx + zz),
+        yz - x,
+        xz - y,
+        yz + x,
+        one - (xx + yy),
+    )
 }
 
 /// The matrix B with uᵀ B v = y · (dJ(Ω)\[u\] v): how the Jacobian turns with Ω, seen by the covector y.
@@ -128,7 +142,7 @@ pub(crate) fn jacobian_derivative<S: Real>(
 
 #[cfg(test)]
 mod tests {
-    use super::{exp_and_jacobian, hat, jacobian_derivative};
+    use super::{coefficients, exponential, hat, jacobian_derivative, left_jacobian};
     use nalgebra::Vector3;
 
     #[test]
@@ -138,13 +152,15 @@ mod tests {
         for scale in [1e-3, 0.1, 0.999, 1.001, 3.0] {
             let w = Vector3::new(0.36, 0.48, -0.8) * scale;
             let h = 1e-5;
-            let plus = exp_and_jacobian(&(w + u * h));
-            let minus = exp_and_jacobian(&(w - u * h));
-            let (r, j, coefficients) = exp_and_jacobian(&w);
+            let at = |w: Vector3<f64>| {
+                let known = coefficients(&w);
+                (exponential(&w, &known), left_jacobian(&w, &known))
+            };
+            let (plus, minus, (r, j)) = (at(w + u * h), at(w - u * h), at(w));
             let spin = (plus.0 - minus.0) / (2.0 * h) * r.transpose();
             assert!((spin - hat(&(j * u))).norm() < 1e-9, "{scale}");
             let difference = y.dot(&((plus.1 - minus.1) / (2.0 * h) * v));
-            let b = jacobian_derivative(&w, &y, coefficients);
+            let b = jacobian_derivative(&w, &y, coefficients(&w));
             let exact: f64 = (0..9).map(|k| u[k / 3] * b[k / 3][k % 3] * v[k % 3]).sum();
             assert!((difference - exact).abs() < 1e-9, "{scale}: {difference} {exact}");
         }

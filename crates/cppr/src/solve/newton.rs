@@ -53,7 +53,9 @@ impl Workspace {
         let n_u = layout.unknowns();
         assembly.hessian.clear();
         assembly.hessian.resize(n_u * n_u, 0.0);
+        assembly.symmetric = false;
         self.compose_residual(system);
+        self.composed = false;
         self.compose_matrix(system);
         self.factored = false;
         let n = self.residual.len();
@@ -118,6 +120,7 @@ impl Workspace {
         let consistent = system.formulation == Formulation::Consistent;
         if !consistent || self.factor_in_order(system) != 1 {
             self.factors = Factors::Pivoted;
+            self.compose_matrix(system);
             self.lu.factor(&self.matrix, self.residual.len()).map_err(|_| Failure::Singular)?;
         }
         self.factored = true;

@@ -102,9 +102,11 @@ pub struct Workspace<S: Real = f64> {
     pub(crate) poses: Poses<S>,
     pub(crate) assembly: Assembly<S>,
     pub(crate) residual: Vec<S>,
+    /// The whole KKT matrix, where it has been asked for.
     pub(crate) matrix: Vec<S>,
+    pub(super) composed: bool,
     pub(super) lu: Lu<S>,
-    /// Rows of the conditions as they were factored, and the weights of their penalties.
+    /// Scaled rows of the conditions, and the weights of their penalties.
     conditions: Vec<S>,
     weights: Vec<S>,
     /// Unit of every coordinate.
@@ -189,8 +191,7 @@ impl<S: Real> Workspace<S> {
             self.posed = Posed::Rows;
         }
         self.assembly.tangent(&system.setting(), &self.state, &self.poses, &point.efforts);
-        self.compose_matrix(system);
-        self.factored = false;
+        (self.factored, self.composed) = (false, false);
         broken
     }
 
@@ -237,50 +238,73 @@ impl<S: Real> Workspace<S> {
         self.residual.extend(self.assembly.edges.iter().map(|edge| *edge * (1.0 / scale.length)));
     }
 
-    /// Puts the KKT matrix together.
-    pub(super) fn compose_matrix(&mut self, system: &System) {
-        let layout = system.layout;
-        let scale = Scale::of(system.robot);
-        let (n_u, n) = (layout.unknowns(), self.residual.len());
+    /// Puts the whole KKT matrix together, unless that has been done for the tangent evaluated last.
+    pub(crate) fn compose_matrix(&mut self, system: &System) {
+        if self.composed {
+            return;
+        }
+        let (n, n_u) = (self.residual.len(), system.layout.unknowns());
+        self.compose_conditions(system);
         self.matrix.clear();
         self.matrix.resize(n * n, S::zero());
-        let inverse = 1.0 / scale.energy;
+        let inverse = 1.0 / Scale::of(system.robot).energy;
         for i in 0..n_u {
             let unit = self.units[i] * inverse;
-            let own = &self.assembly.hessian[i * n_u..(i + 1) * n_u];
-            for ((entry, h), other) in self.matrix[i * n..i * n + n_u].iter_mut().zip(own).zip(&self.units) {
-                *entry = *h * (unit * other);
+            for (j, other) in self.units.iter().enumerate() {
+                self.matrix[i * n + j] = self.assembly.second(i, j) * (unit * other);
+            }
+            for (c, own) in self.conditions.chunks_exact(n_u).enumerate() {
+                self.matrix[i * n + n_u + c] = own[i];
+                self.matrix[(n_u + c) * n + i] = own[i];
             }
         }
-        let Self { matrix, units, assembly, .. } = self;
+        self.composed = true;
+    }
+
+    /// Scaled rows of the conditions.
+    fn compose_conditions(&mut self, system: &System) {
+        let length = system.robot.length();
+        let Self { conditions, units, assembly, .. } = self;
         let knobs = held(system).map(|(f, which, factor)| (&assembly.knob_rows[f][which], factor));
-        let edges = assembly.edge_rows.iter().map(|row| (row, 1.0 / scale.length));
-        for (at, (row, factor)) in (n_u..n).zip(knobs.chain(edges)) {
-            for (j, (slope, unit)) in row.iter().zip(&*units).enumerate() {
-                let entry = *slope * (factor * unit);
-                matrix[at * n + j] = entry;
-                matrix[j * n + at] = entry;
-            }
+        let edges = assembly.edge_rows.iter().map(|row| (row, 1.0 / length));
+        conditions.clear();
+        for (row, factor) in knobs.chain(edges) {
+            conditions.extend(row.iter().zip(&*units).map(|(slope, unit)| *slope * (factor * unit)));
         }
     }
 
     /// Factors the tangent with its penalties by elimination in order; returns the lanes in which that was good.
     pub(crate) fn factor_in_order(&mut self, system: &System) -> u64 {
         let (n, n_u) = (self.residual.len(), system.layout.unknowns());
-        let Self { matrix, conditions, weights, lu, .. } = self;
+        self.compose_conditions(system);
+        let Self { conditions, weights, lu, units, assembly, .. } = self;
+        let inverse = 1.0 / Scale::of(system.robot).energy;
+        let weight = |own: &[S]| S::splat(PENALTY) / (dot(own, own) + f64::MIN_POSITIVE);
         weights.clear();
-        conditions.clear();
-        let factors = lu.take(matrix, n);
-        for own in matrix.chunks_exact(n).skip(n_u).map(|row| &row[..n_u]) {
-            let weight = S::splat(PENALTY) / (dot(own, own) + f64::MIN_POSITIVE);
-            for (target, &entry) in factors.chunks_exact_mut(n).zip(own) {
-                axpy(&mut target[..n_u], weight * entry, own);
+        weights.extend(conditions.chunks_exact(n_u).map(weight));
+        let symmetric = assembly.symmetric;
+        let factors = lu.begin(n);
+        let (above, below) = factors.split_at_mut(n_u * n);
+        for (i, target) in above.chunks_exact_mut(n).enumerate() {
+            let from = if symmetric { i } else { 0 };
+            let (target, across) = target.split_at_mut(n_u);
+            let target = &mut target[from..];
+            let unit = units[i] * inverse;
+            let own = &assembly.hessian[i * n_u + from..(i + 1) * n_u];
+            for ((entry, h), other) in target.iter_mut().zip(own).zip(&units[from..]) {
+                *entry = *h * (unit * other);
             }
-            weights.push(weight);
-            conditions.extend_from_slice(own);
+            for ((row, weight), across) in conditions.chunks_exact(n_u).zip(&*weights).zip(across) {
+                axpy(target, *weight * row[i], &row[from..]);
+                *across = row[i];
+            }
+        }
+        for (target, row) in below.chunks_exact_mut(n).zip(conditions.chunks_exact(n_u)) {
+            target[..n_u].copy_from_slice(row);
+            target[n_u..].fill(S::zero());
         }
         self.factors = Factors::InOrder;
-        self.lu.eliminate_in_order(n_u)
+        self.lu.eliminate_in_order(n_u, symmetric)
     }
 
     /// The same, unless that has been done with the tangent evaluated last.

@@ -53,8 +53,9 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub elastic: S,
     /// 𝓛_u.
     pub gradient: Vec<S>,
-    /// 𝓛_uu, row-major.
+    /// 𝓛_uu, row-major; where it is `symmetric` nothing below the diagonal means anything.
     pub hessian: Vec<S>,
+    pub symmetric: bool,
     /// Per follower: Δa_k and Ω_k (or −Δθ_k(0)).
     pub knobs: Vec<[S; 2]>,
     /// Their rows by u.
@@ -199,11 +200,18 @@ impl<S: Real> Assembly<S> {
     pub fn tangent(&mut self, setting: &Setting, state: &State<S>, poses: &Poses<S>, efforts: &Efforts<S>) {
         self.hessian.clear();
         self.hessian.resize(state.unknowns * state.unknowns, S::zero());
+        self.symmetric = setting.kinds().is_conservative();
         self.condition_rows(setting, state);
         self.second_derivatives(setting, state, poses, efforts);
         if !setting.kinds().is_empty() {
             self.load_hessian(setting, state, poses);
         }
+    }
+
+    /// The second derivative of 𝓛 by unknowns i and j.
+    pub fn second(&self, i: usize, j: usize) -> S {
+        let (i, j) = if self.symmetric { (i.min(j), i.max(j)) } else { (i, j) };
+        self.hessian[i * self.gradient.len() + j]
     }
 
     /// Serial number of the robot assembled last.

@@ -161,7 +161,7 @@ impl<S: Real> Assembly<S> {
                 add_scaled(&mut moment, S::one(), &self.point_moment[at]);
                 self.moment[at] = moment;
                 let step = &poses.steps[at];
-                let body = times(&step.before.transpose(), &moment);
+                let body = times(&poses.before(at).transpose(), &moment);
                 let pull = step.magnus.pull(&times(&step.jacobian.transpose(), &body));
                 for (m, (pull, alpha)) in pull.iter().zip(&step.magnus.alpha).enumerate() {
                     by_length += inner(pull, alpha);

@@ -83,8 +83,10 @@ impl<S: Real> Assembly<S> {
         for i in 0..n_u {
             for j in 0..=i {
                 let sum = self.hessian[i * n_u + j] + self.hessian[j * n_u + i];
-                self.hessian[i * n_u + j] = sum;
                 self.hessian[j * n_u + i] = sum;
+                if !self.symmetric {
+                    self.hessian[i * n_u + j] = sum;
+                }
             }
         }
     }

@@ -206,10 +206,11 @@ impl Loads {
     }
 
     /// True where every load is the gradient of a potential, so that the tangent is symmetric: no
-    /// moments and no follower loads.
+    /// moments, no follower loads, and no pulley with a radius (eq 98 has a potential in the pulley's plane only).
     #[must_use]
     pub fn is_conservative(&self) -> bool {
         self.wrenches.iter().all(|w| w.frame == Frame::World && w.moment == Vector3::zeros())
+            && self.threads.iter().all(|thread| thread.radius <= 0.0)
     }
 
     /// True where no load acts across the X–Y plane.

@@ -7,7 +7,7 @@
 
 use super::assembly::{Assembly, Setting, add_outer};
 use super::load::Applied;
-use crate::dense::{add_rows, add_scaled, axpy, column, cross, dot, inner, product, times};
+use crate::dense::{add_rows, add_scaled, axpy, column, cross, dot, inner, times};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
 use crate::kinematics::pose::{Poses, point, stretch_row, tangent, turning, turning_unknown};
@@ -113,7 +113,8 @@ impl<S: Real> Assembly<S> {
             }
             for i in 0..posed {
                 let factor = -times(&form.transpose(), &column(&left[rows.clone()], posed, i));
-                add_rows(&mut self.hessian[i * n_u..i * n_u + posed], &factor, &right[rows.clone()]);
+                let row = &mut self.hessian[i * n_u..i * n_u + posed];
+                add_rows(row, &factor, &right[rows.clone()], if self.symmetric { i } else { 0 });
             }
         }
     }
@@ -138,7 +139,7 @@ impl<S: Real> Assembly<S> {
                 let along = |v: &Vector3<S>, rows: &[S], out: &mut Vec<S>| {
                     out.clear();
                     out.resize(posed, S::zero());
-                    add_rows(out, v, &rows[block.clone()]);
+                    add_rows(out, v, &rows[block.clone()], 0);
                 };
                 let pair = |hessian: &mut Vec<S>, factor: S, row: &[S], other: &[S]| {
                     add_outer(hessian, n_u, -factor, row, other);
@@ -173,11 +174,12 @@ impl<S: Real> Assembly<S> {
                     let spin = &poses.spin[block.clone()];
                     for a in 0..posed {
                         let left = -(turning.transpose() * column(spin, posed, a));
-                        add_rows(&mut self.hessian[a * n_u..a * n_u + posed], &left, spin);
+                        let from = if self.symmetric { a } else { 0 };
+                        add_rows(&mut self.hessian[a * n_u..a * n_u + posed], &left, spin, from);
                     }
                     // Change of m |h| γ·(c + R o) with the pose, times its slope by each local variable.
                     along(gravity, &poses.shift, &mut fall);
-                    add_rows(&mut fall, &arm.cross(gravity), spin);
+                    add_rows(&mut fall, &arm.cross(gravity), spin, 0);
                     if moving {
                         pair(&mut self.hessian, weight * m * h, length_row, &fall);
                     }
@@ -216,8 +218,6 @@ impl<S: Real> Assembly<S> {
         let (n_u, posed, edges) = (state.unknowns, poses.posed, layout.edges.len());
         let (element, at) = (&layout.elements[e], point(layout, e, i));
         let (length, is_node) = (state.lengths[e], i < layout.rules[element.rule].n);
-        let next =
-            if is_node { Some((e, i + 1)) } else { (e + 1 < layout.elements.len()).then_some((e + 1, 0)) };
         let spin = &poses.spin[at * 3 * posed..(at + 1) * 3 * posed];
         let (mut form, mut across, mut stretched) = (Matrix3::zeros(), Vector3::zeros(), 0..0);
         if is_node {
@@ -234,30 +234,23 @@ impl<S: Real> Assembly<S> {
             stretch_row(layout, state, e, node, &mut self.stretch_row);
             stretched = if edges > 0 || layout.stretch { 0..posed } else { element.bends_z() };
         }
-        let step = next.map(|(e, s)| {
-            let moment = &self.moment[at + 1];
-            let step = &poses.steps[at + 1];
-            let lever = product(&hat(moment), &product(&step.before, &step.jacobian));
-            (lever, poses.omega(layout, e, s), layout.elements[e].turning.clone())
-        });
+        let next = self.moment.get(at + 1);
         for a in 0..posed {
             let own = column(spin, posed, a);
             let mut left = times(&form, &own);
             if stretched.contains(&a) {
                 add_scaled(&mut left, -length * self.stretch_row[a], &across);
             }
-            if let Some((lever, omega, turning)) = &step {
-                let place = if turning.contains(&a) { Some(edges + a - turning.start) } else { None };
-                if let Some(place) = place.or((a < edges).then_some(a)) {
-                    let turned = times(lever, &column(omega, edges + turning.len(), place));
-                    add_scaled(&mut left, S::one(), &turned);
-                }
+            if let Some(moment) = next {
+                add_scaled(&mut left, S::one(), &cross(moment, &poses.turned(at + 1, a)));
             }
             let row = &mut self.hessian[a * n_u..a * n_u + posed];
-            add_rows(row, &left, spin);
-            if !stretched.is_empty() {
+            let from = if self.symmetric { a } else { 0 };
+            add_rows(row, &left, spin, from);
+            let rest = stretched.start.max(from)..stretched.end;
+            if !rest.is_empty() {
                 let factor = -length * inner(&across, &own);
-                axpy(&mut row[stretched.clone()], factor, &self.stretch_row[stretched.clone()]);
+                axpy(&mut row[rest.clone()], factor, &self.stretch_row[rest]);
             }
         }
         if is_node && edges > 0 {
@@ -278,6 +271,7 @@ impl<S: Real> Assembly<S> {
             &mut self.turn_row,
             &(cross(&t, felt) * g),
             &poses.spin[at * 3 * posed..(at + 1) * 3 * posed],
+            0,
         );
         axpy(&mut self.turn_row, push, &self.stretch_row);
         let [_, slope, bend] = state.leader_offset[node];
@@ -298,7 +292,7 @@ impl<S: Real> Assembly<S> {
         let (element, edges, at) = (&layout.elements[e], layout.edges.len(), point(layout, e, s));
         let rule = &layout.rules[element.rule];
         let (step, slope, moment) = (&poses.steps[at], &poses.slopes[at], &self.moment[at]);
-        let body = times(&step.before.transpose(), moment);
+        let body = times(&poses.before(at).transpose(), moment);
         let y = times(&step.jacobian.transpose(), &body);
         // In the generators: −Ω_b·(B Ω_a) − y·d²Ω.
         let bend = so3::jacobian_derivative(&step.magnus.omega, &body, step.coefficients);
@@ -333,14 +327,19 @@ impl<S: Real> Assembly<S> {
                 }
             }
             let row = &mut self.block[a * count..(a + 1) * count];
-            for (entry, by_edge) in row.iter_mut().zip(by_edge) {
+            let from = if self.symmetric { a } else { 0 };
+            for (entry, by_edge) in row.iter_mut().zip(by_edge).skip(from) {
                 *entry += dot(&left, by_edge);
             }
             let mut rest = &mut row[edges..];
+            let mut passed = from.saturating_sub(edges);
             for (axis, [t1, t2, t3]) in shares.iter().enumerate() {
                 let (own, others) = rest.split_at_mut(t1.len());
                 rest = others;
-                for (entry, ((t1, t2), t3)) in own.iter_mut().zip(t1.iter().zip(*t2).zip(*t3)) {
+                let skip = passed.min(t1.len());
+                passed -= skip;
+                let shares = t1[skip..].iter().zip(&t2[skip..]).zip(&t3[skip..]);
+                for (entry, ((t1, t2), t3)) in own[skip..].iter_mut().zip(shares) {
                     *entry = entry
                         .plus(left[axis], S::splat(*t1))
                         .plus(left[3 + axis], S::splat(*t2))
@@ -359,7 +358,7 @@ impl<S: Real> Assembly<S> {
         let squared = state.lengths[e] * state.lengths[e];
         for a in 0..count {
             let row = turning_unknown(layout, e, a) * n_u;
-            for b in 0..count {
+            for b in if self.symmetric { a } else { 0 }..count {
                 self.hessian[row + turning_unknown(layout, e, b)] += self.block[a * count + b] * squared;
             }
         }
@@ -384,11 +383,12 @@ impl<S: Real> Assembly<S> {
         let rule = &layout.rules[element.rule];
         let magnus = &poses.steps[at].magnus;
         let pull = magnus.pull(y);
-        let omega = poses.omega(layout, e, s);
+        let moment = &self.moment[at];
         self.turn_row.clear();
         self.turn_row.resize(poses.posed, S::zero());
         for i in 0..count {
-            self.turn_row[turning_unknown(layout, e, i)] = y.dot(&column(omega, count, i)) / length;
+            let unknown = turning_unknown(layout, e, i);
+            self.turn_row[unknown] = inner(moment, &poses.turned(at, unknown)) / length;
         }
         let mut along = S::zero();
         for (pull, alpha) in pull.iter().zip(&magnus.alpha) {

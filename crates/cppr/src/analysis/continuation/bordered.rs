@@ -173,7 +173,9 @@ impl<'a> Bordered<'a> {
                     place.point.efforts.torque[f] = torque;
                 }
             }
-            solver.workspace.evaluate(system, &place.point).ok()
+            solver.workspace.evaluate(system, &place.point).ok()?;
+            solver.workspace.compose_matrix(system);
+            Some(())
         })
     }
 
