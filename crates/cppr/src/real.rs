@@ -6,6 +6,7 @@ use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
 use num_traits::{One, Zero};
 use std::array::from_fn;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use wide::f64x8;
 
 /// A real number in every lane. Arithmetic never mixes lanes.
 pub(crate) trait Real:
@@ -76,8 +77,8 @@ fn fused(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// The widest `Pack` in use.
-pub(crate) const MOST_LANES: usize = 8;
+/// How many numbers stand side by side in a `Pack`.
+pub(crate) const MOST_LANES: usize = Pack::LANES;
 
 /// All lanes of a mask.
 pub(crate) fn every<S: Real>() -> u64 {
@@ -132,40 +133,49 @@ impl Real for f64 {
     }
 }
 
-/// N numbers side by side; loops over them become vector instructions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
-pub(crate) struct Pack<const N: usize>([f64; N]);
+/// Eight numbers side by side, in the vector registers of the processor that is compiled for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pack(f64x8);
 
-impl<const N: usize> Real for Pack<N> {
-    const LANES: usize = N;
+impl Real for Pack {
+    const LANES: usize = 8;
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
-        Self([value; N])
+        Self(f64x8::splat(value))
     }
 
     #[inline(always)]
     fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
-        Self(from_fn(value))
+        Self(f64x8::new(from_fn(value)))
     }
 
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
-        self.0[lane]
+        self.0.as_array()[lane]
+    }
+
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        self.0.simd_eq(f64x8::ZERO).all()
+    }
+
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        Self(a.0.mul_add(b.0, self.0))
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sin_cos();
+        (Self(sin), Self(cos))
     }
 }
 
-impl<const N: usize> Default for Pack<N> {
-    fn default() -> Self {
-        Self::splat(0.0)
-    }
-}
-
-impl<const N: usize> Zero for Pack<N> {
+impl Zero for Pack {
     #[inline(always)]
     fn zero() -> Self {
-        Self::splat(0.0)
+        Self(f64x8::ZERO)
     }
 
     #[inline(always)]
@@ -174,43 +184,43 @@ impl<const N: usize> Zero for Pack<N> {
     }
 }
 
-impl<const N: usize> One for Pack<N> {
+impl One for Pack {
     #[inline(always)]
     fn one() -> Self {
-        Self::splat(1.0)
+        Self(f64x8::ONE)
     }
 }
 
-impl<const N: usize> Neg for Pack<N> {
+impl Neg for Pack {
     type Output = Self;
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(from_fn(|l| -self.0[l]))
+        Self(-self.0)
     }
 }
 
 macro_rules! lanewise {
     ($($operator:ident $function:ident $assign:ident $in_place:ident $sign:tt),*) => {$(
-        impl<const N: usize> $operator for Pack<N> {
+        impl $operator for Pack {
             type Output = Self;
 
             #[inline(always)]
             fn $function(self, other: Self) -> Self {
-                Self(from_fn(|l| self.0[l] $sign other.0[l]))
+                Self(self.0 $sign other.0)
             }
         }
 
-        impl<const N: usize> $operator<f64> for Pack<N> {
+        impl $operator<f64> for Pack {
             type Output = Self;
 
             #[inline(always)]
             fn $function(self, other: f64) -> Self {
-                Self(from_fn(|l| self.0[l] $sign other))
+                Self(self.0 $sign f64x8::splat(other))
             }
         }
 
-        impl<const N: usize> $assign for Pack<N> {
+        impl $assign for Pack {
             #[inline(always)]
             fn $in_place(&mut self, other: Self) {
                 *self = *self $sign other;

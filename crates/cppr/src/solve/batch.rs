@@ -19,9 +19,9 @@ use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
 /// How many commands are solved side by side.
-pub const WIDTH: usize = 8;
+pub const WIDTH: usize = Lanes::LANES;
 
-type Lanes = Pack<WIDTH>;
+type Lanes = Pack;
 
 /// Full Newton steps of one group; a lane that needs more is solved alone.
 const MOST_STEPS: usize = 12;
