@@ -71,10 +71,10 @@ pub struct Args {
     /// Other samples
     #[arg(long, default_value_t = 0, requires = "samples")]
     seed: u64,
-    /// Add the margin to instability, at about the cost of another solve
+    /// Add the margin to instability
     #[arg(long)]
     margin: bool,
-    /// Add the greatest utilisation of strain and of closing notches, as cppr limits; costs more than the solve
+    /// Add the greatest utilisation of strain and of closing notches, as cppr limits
     #[arg(long)]
     limits: bool,
     /// With --limits: let the teeth bend as the notches do

@@ -6,7 +6,7 @@
 use crate::command::{Asked, Means, Taken};
 use crate::errors;
 use crate::robot::{Robot, Shared};
-use cppr::analysis::{Shape, sensitivity, stability::stability};
+use cppr::analysis::{Shape, sensitivity};
 use cppr::solve::{Command, CommandProblem, Poses, Reason, Settings, Solved, Start, Status};
 use cppr::statics::Wrench;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
@@ -66,8 +66,8 @@ impl Job<'_> {
     }
 
     /// One row: status, iterations, energy, tip position and rotation, actuators; then the extras.
-    fn write(&self, row: &mut [f64], solved: Solved<'_>) {
-        let Solved { equilibrium: found, rotation, centre, workspace } = solved;
+    fn write(&self, row: &mut [f64], mut solved: Solved<'_>) {
+        let Solved { equilibrium: found, rotation, centre, .. } = solved;
         let robot = &self.shared.robot;
         row[0] = match found.status {
             Status::Converged => 0.0,
@@ -96,7 +96,7 @@ impl Job<'_> {
         }
         if self.extras.jacobian {
             let inputs = 2 * found.actuators.len();
-            let own = sensitivity(robot, workspace, found);
+            let own = sensitivity(robot, solved.workspace, found);
             for i in 0..6 * inputs + 36 {
                 if let (Some(cell), Some(s)) = (cells.next(), &own) {
                     let j = i.checked_sub(6 * inputs);
@@ -108,12 +108,12 @@ impl Job<'_> {
             }
         }
         if self.extras.margin
-            && let (Some(cell), Some(own)) = (cells.next(), stability(robot, workspace, found))
+            && let (Some(cell), Some(own)) = (cells.next(), solved.margin())
         {
-            *cell = own.margin;
+            *cell = own;
         }
         if self.extras.sections > 0 {
-            let shape = Shape::sampled(robot, workspace, found, self.extras.sections);
+            let shape = Shape::sampled(robot, solved.workspace, found, self.extras.sections);
             for (cell, value) in cells.zip(shape.sections.iter().flat_map(|s| s.centre.iter())) {
                 *cell = *value;
             }

@@ -5,9 +5,6 @@ use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::table::{Chunk, Verdict};
 use crate::task::{Inputs, Task};
-use cppr::analysis::stability::stability;
-use cppr::analysis::{SectionLimit, section_limits};
-use cppr::design::Robot;
 use cppr::solve::{March, Poses, Solved, Start, march};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ops::ControlFlow;
@@ -61,7 +58,7 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
             },
             |pose, solved| {
                 let mut column = axes;
-                write(task, robot, solved.ok(), |value| {
+                write(task, solved.ok(), |value| {
                     chunk.set(column, run[pose], value);
                     column += 1;
                 });
@@ -77,10 +74,11 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
 
 /// Writes the verdict of a row and, where there is an equilibrium, its numbers. Without a solved pose the command cannot be
 /// asked of the robot.
-fn write(task: &Task, robot: &Robot, solved: Option<Solved>, mut put: impl FnMut(f64)) {
+fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
     let verdict = solved.as_ref().map_or(Verdict::InvalidCommand, |s| s.equilibrium.status.into());
     put(f64::from(verdict.code()));
-    let Some(Solved { equilibrium, rotation, centre, workspace }) = solved else { return };
+    let Some(mut solved) = solved else { return };
+    let Solved { equilibrium, rotation, centre, .. } = solved;
     if !verdict.is_equilibrium() {
         return;
     }
@@ -94,16 +92,12 @@ fn write(task: &Task, robot: &Robot, solved: Option<Solved>, mut put: impl FnMut
     }
     put(equilibrium.elastic_energy);
     if task.margin {
-        put(stability(robot, workspace, equilibrium).map_or(f64::NAN, |s| s.margin));
+        put(solved.margin().unwrap_or(f64::NAN));
     }
     if let Some(teeth) = task.limits {
-        let sections = section_limits(robot, workspace, equilibrium, teeth);
-        // NaN where nothing is judged.
-        let greatest = |value: fn(&SectionLimit) -> Option<f64>| {
-            sections.iter().filter_map(value).fold(f64::NAN, f64::max)
-        };
-        put(greatest(SectionLimit::strain_utilisation));
-        put(greatest(|section| section.closure));
+        let used = solved.utilisation(teeth);
+        put(used.strain.unwrap_or(f64::NAN));
+        put(used.closure.unwrap_or(f64::NAN));
     }
     put(equilibrium.statistics.iterations as f64);
 }

@@ -43,9 +43,9 @@ pub struct Task {
     pub axes: Vec<Axis>,
     /// Which poses.
     pub plan: Plan,
-    /// Compute the margin to instability of every pose, at about the cost of another solve.
+    /// Compute the margin to instability of every pose.
     pub margin: bool,
-    /// Compute strain and closure of every notch, the teeth as given; costs more than the solve.
+    /// Compute strain and closure of every notch, the teeth as given.
     pub limits: Option<Teeth>,
 }
 

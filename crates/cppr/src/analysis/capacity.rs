@@ -63,12 +63,13 @@ fn capacity(
 ) -> Option<NotchCapacity> {
     let outline = &design.outline;
     let depth = design.depth.eval(abscissa, length)[0];
-    let offset = outline.inertia(depth).ok().filter(|_| depth > 0.0)?.centroid_offset;
+    let fibres = outline.fibres(depth).filter(|_| depth > 0.0)?;
+    let offset = fibres.offset;
     let share = concentration(pattern, teeth);
     // Farthest fibres on both sides of the centroid's line.
-    let farthest = (outline.greatest_kept(depth, [1.0, 0.0]) - offset)
-        .max(outline.greatest_kept(depth, [-1.0, 0.0]) + offset);
-    let edge = outline.greatest_removed(depth, [-1.0, 0.0]) + offset;
+    let farthest =
+        (fibres.greatest_kept([1.0, 0.0]) - offset).max(fibres.greatest_kept([-1.0, 0.0]) + offset);
+    let edge = fibres.greatest_removed([-1.0, 0.0]) + offset;
     Some(NotchCapacity {
         tube,
         number,

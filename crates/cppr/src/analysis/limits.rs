@@ -13,9 +13,11 @@
 //! that bending has taken up: the **closure**, 1 where the teeth touch. For bending in the plane it is κ_notch (ρ̄ + D).
 
 use super::capacity::concentration;
+use super::strains::{Strains, pick};
+use crate::design::fibre::{Fibres, TubeFibres};
 use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
-use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
+use crate::real::{Real, every};
 use crate::solve::Equilibrium;
 use crate::solve::system::Workspace;
 
@@ -62,6 +64,15 @@ pub struct SectionLimit {
     pub closure: Option<f64>,
     /// Distance that is left between the teeth where they are nearest, along the fibre (m).
     pub gap: Option<f64>,
+}
+
+/// The greatest of all notches and sections; none where none is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Utilisation {
+    /// Strain against the allowable one (-).
+    pub strain: Option<f64>,
+    /// As [`SectionLimit::closure`].
+    pub closure: Option<f64>,
 }
 
 /// What ends the safe use of a robot.
@@ -137,177 +148,193 @@ pub fn section_limits(
     teeth: Teeth,
 ) -> Vec<SectionLimit> {
     let mut sections = Vec::new();
-    if !equilibrium.status.is_equilibrium() {
-        return sections;
-    }
-    let system = equilibrium.system(robot);
-    // A point that was evaluated once can be evaluated again.
-    let _ = workspace.evaluate(&system, &equilibrium.point);
-    for (tube, design) in robot.design().tubes.iter().enumerate() {
-        let TubeDesign::Notched(design) = design else { continue };
-        let fields = Strains { workspace, equilibrium, tube };
-        let judge = Judge { tube: tube + 1, design, length: robot.length(), teeth };
-        let base = fields.base();
-        for (place, abscissa) in places(design, robot.length(), base) {
-            let (label, values) = fields.at(abscissa, place == Place::Uncut);
-            sections.extend(judge.section(place, abscissa, label, values));
-        }
+    if equilibrium.status.is_equilibrium() {
+        equilibrium.refresh(robot, workspace);
+        let coordinates = &equilibrium.point.coordinates;
+        judge(robot, workspace, &equilibrium.layout, coordinates, teeth, |s, _| sections.push(s.limit()));
     }
     sections
 }
 
-/// Pieces of a tube whose section at the baseplate has rest abscissa `base`, from the baseplate to the tip.
-fn places(design: &NotchedTube, length: f64, base: f64) -> Vec<(Place, f64)> {
-    let spread = |from: f64, to: f64, spaces: u32, place: Place| {
-        (0..=spaces).map(move |i| (place, from + (to - from) * f64::from(i) / f64::from(spaces)))
-    };
-    let mut list = Vec::new();
-    let pushed = base < -1e-9 * length;
-    if pushed && design.below == BelowPlate::Plain {
-        list.extend(spread(base, 0.0, UNCUT_SPACES, Place::Uncut));
-    }
-    match &design.pattern {
-        Some(pattern) => {
-            let middle = |number: i32| (f64::from(number) - 0.5) * pattern.pitch();
-            let first = if pushed && design.below == BelowPlate::Continued {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "a follower slides by less than its length"
-                )]
-                let below = (base / pattern.pitch()).floor() as i32;
-                below
-            } else {
-                1
-            };
-            let last = i32::try_from(pattern.count).unwrap_or(i32::MAX);
-            list.extend(
-                (first..=last)
-                    .map(|number| (Place::Notch(number), middle(number)))
-                    .filter(|(_, x)| *x >= base && *x <= length),
-            );
-        }
-        None => list.extend(spread(base.max(0.0), length, SPACES, Place::Section)),
-    }
-    list
-}
-
-/// One tube and how it is judged.
-struct Judge<'a> {
-    tube: usize,
-    design: &'a NotchedTube,
-    length: f64,
+/// The greatest of what [`section_limits`] gives.
+#[must_use]
+pub fn utilisation(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    equilibrium: &Equilibrium,
     teeth: Teeth,
+) -> Utilisation {
+    if !equilibrium.status.is_equilibrium() {
+        return Utilisation::default();
+    }
+    equilibrium.refresh(robot, workspace);
+    Utilisation::of(
+        &greatest(robot, workspace, &equilibrium.layout, &equilibrium.point.coordinates, teeth),
+        0,
+    )
 }
 
-impl Judge<'_> {
-    fn section(&self, place: Place, abscissa: f64, label: f64, values: [f64; 3]) -> Option<SectionLimit> {
-        let design = self.design;
-        let outline = &design.outline;
-        let depth = match place {
-            Place::Uncut => 0.0,
-            _ => design.depth.eval(abscissa.max(0.0), self.length)[0],
-        };
-        let offset = outline.inertia(depth).ok()?.centroid_offset;
-        let notch = match (place, &design.pattern) {
-            (Place::Notch(_), Some(pattern)) if depth > 0.0 => Some(pattern),
-            _ => None,
-        };
-        let share = notch.map_or(1.0, |pattern| concentration(pattern, self.teeth));
-        let [bend_y, bend_z, stretch] = values.map(|v| share * v);
-        // ε = middle + a Y + b Z.
-        let (middle, slope) = (stretch + bend_z * offset, [-bend_z, bend_y]);
-        let greatest = middle + outline.greatest_kept(depth, slope);
-        let least = middle - outline.greatest_kept(depth, slope.map(|s| -s));
-        let closure = notch.map(|_| outline.greatest_removed(depth, slope.map(|s| -s)) - middle);
-        Some(SectionLimit {
-            tube: self.tube,
-            place,
-            abscissa,
-            label,
-            curvature: [values[0], values[1]],
-            strain: if greatest >= -least { greatest } else { least },
-            allowable_strain: design.material.allowable_strain,
-            closure,
-            gap: closure.zip(notch).map(|(closed, pattern)| pattern.length * (1.0 - closed)),
-        })
+impl Utilisation {
+    /// One lane of [`greatest`].
+    pub(crate) fn of<S: Real>(greatest: &[S; 2], lane: usize) -> Self {
+        let [strain, closure] = greatest.map(|g| Some(g.lane(lane)).filter(|g| !g.is_nan()));
+        Self { strain, closure }
     }
 }
 
-/// Curvatures and stretch of one tube by rest abscissa, from an evaluated workspace.
-struct Strains<'a> {
-    workspace: &'a Workspace,
-    equilibrium: &'a Equilibrium,
-    tube: usize,
-}
-
-impl Strains<'_> {
-    /// Rest abscissae at the ends of an element (m).
-    fn ends(&self, e: usize) -> [f64; 2] {
-        let layout = &self.equilibrium.layout;
-        if self.tube == 0 {
-            let element = &layout.elements[e];
-            [element.start, element.end].map(|j| Layout::label(j, &self.equilibrium.point.coordinates).0)
-        } else {
-            let followers = layout.tubes - 1;
-            [e, e + 1].map(|joint| self.workspace.state.joints[joint * followers + self.tube - 1][0])
+/// Greatest utilisations of strain and closure in every lane of an evaluated workspace; NaN where nothing is judged.
+pub(crate) fn greatest<S: Real>(
+    robot: &Robot,
+    workspace: &Workspace<S>,
+    layout: &Layout,
+    coordinates: &[S],
+    teeth: Teeth,
+) -> [S; 2] {
+    let mut greatest = [S::splat(f64::NAN); 2];
+    judge(robot, workspace, layout, coordinates, teeth, |section, lanes| {
+        let strain =
+            section.allowable_strain.map(|allowable| section.strain.map(f64::abs) / S::splat(allowable));
+        for (most, own) in greatest.iter_mut().zip([strain, section.closure]) {
+            if let Some(own) = own {
+                // NaN is less than any number here.
+                *most = pick(lanes, S::from_lanes(|l| most.lane(l).max(own.lane(l))), *most);
+            }
         }
-    }
+    });
+    greatest
+}
 
-    /// Rest abscissa at the baseplate (m).
-    fn base(&self) -> f64 {
-        self.ends(0)[0]
-    }
+/// A [`SectionLimit`] in all lanes.
+struct Judged<S> {
+    tube: usize,
+    place: Place,
+    abscissa: S,
+    label: S,
+    curvature: [S; 2],
+    strain: S,
+    allowable_strain: Option<f64>,
+    closure: Option<S>,
+    /// Of the notch (m).
+    length: f64,
+}
 
-    /// Label X that a rest abscissa faces (m), and κ_Y, κ_Z and e there. Between the nodes of an element they are interpolated
-    /// by the polynomial through all of them. The curvature jumps where the uncut part ends; `uncut` tells the sides apart.
-    fn at(&self, abscissa: f64, uncut: bool) -> (f64, [f64; 3]) {
-        let Self { workspace, equilibrium, tube } = *self;
-        let (layout, state) = (&equilibrium.layout, &workspace.state);
-        let last = layout.elements.len() - 1;
-        let holds = |&e: &usize| abscissa < self.ends(e)[1] || (uncut && !layout.elements[e + 1].below[tube]);
-        let e = (0..last).find(holds).unwrap_or(last);
-        let element = &layout.elements[e];
-        let rule = &layout.rules[element.rule];
-        let nodes = || element.first_node..element.first_node + rule.n;
-        let [from, to] = self.ends(e);
-        let mut x = ((abscissa - from) / (to - from)).clamp(0.0, 1.0);
-        let mut shares = rule.lagrange(x);
-        if tube > 0 {
-            // x_k(ξ) is smooth and nearly linear: Newton's method settles in two or three turns.
-            for _ in 0..10 {
-                let sum = |value: &dyn Fn(usize) -> f64| -> f64 {
-                    nodes().zip(&shares).map(|(node, share)| share * value(node)).sum()
+impl Judged<f64> {
+    fn limit(self) -> SectionLimit {
+        let Self { tube, place, abscissa, label, curvature, strain, allowable_strain, closure, length } =
+            self;
+        let gap = closure.map(|closed| length * (1.0 - closed));
+        SectionLimit { tube, place, abscissa, label, curvature, strain, allowable_strain, closure, gap }
+    }
+}
+
+/// Judges all pieces of all tubes; `visit` is told in which lanes a piece stands in the robot.
+fn judge<S: Real>(
+    robot: &Robot,
+    workspace: &Workspace<S>,
+    layout: &Layout,
+    coordinates: &[S],
+    teeth: Teeth,
+    mut visit: impl FnMut(Judged<S>, u64),
+) {
+    for (tube, (design, fibres)) in robot.design().tubes.iter().zip(&robot.fibres).enumerate() {
+        let (TubeDesign::Notched(design), Some(fibres)) = (design, fibres) else { continue };
+        let strains = Strains::new(&workspace.state, layout, coordinates, tube);
+        let pieces = Pieces { design, fibres, length: robot.length(), base: strains.base() };
+        pieces.visit(|place, abscissa, lanes, fibres| {
+            let (label, values) = strains.at(abscissa, place == Place::Uncut, lanes);
+            let notch = match (place, &design.pattern) {
+                (Place::Notch(_), Some(pattern)) if fibres.depth > 0.0 => Some(pattern),
+                _ => None,
+            };
+            let share = notch.map_or(1.0, |pattern| concentration(pattern, teeth));
+            let [bend_y, bend_z, stretch] = values.map(|v| v * share);
+            // ε = middle + a Y + b Z.
+            let (middle, slope) = (stretch + bend_z * fibres.offset, [-bend_z, bend_y]);
+            let back = slope.map(|s| -s);
+            let (most, least) = (middle + fibres.greatest_kept(slope), middle - fibres.greatest_kept(back));
+            let strain = S::from_lanes(|l| {
+                let (most, least) = (most.lane(l), least.lane(l));
+                if most >= -least { most } else { least }
+            });
+            let judged = Judged {
+                tube: tube + 1,
+                place,
+                abscissa,
+                label,
+                curvature: [values[0], values[1]],
+                strain,
+                allowable_strain: design.material.allowable_strain,
+                closure: notch.map(|_| fibres.greatest_removed(back) - middle),
+                length: notch.map_or(0.0, |pattern| pattern.length),
+            };
+            visit(judged, lanes);
+        });
+    }
+}
+
+/// The pieces of a tube that are judged.
+struct Pieces<'a, S> {
+    design: &'a NotchedTube,
+    fibres: &'a TubeFibres,
+    length: f64,
+    /// Rest abscissa of the section at the baseplate (m).
+    base: S,
+}
+
+impl<S: Real> Pieces<'_, S> {
+    /// From the baseplate to the tip: place, rest abscissa, in which lanes it stands in the robot, and how it is cut.
+    fn visit(&self, mut visit: impl FnMut(Place, S, u64, &Fibres)) {
+        let Self { design, fibres, length, base } = *self;
+        let spread =
+            |from: S, to: f64, i: u32, spaces: u32| from + (-from + to) * (f64::from(i) / f64::from(spaces));
+        let pushed = base.mask(|b| b < -1e-9 * length);
+        if let (BelowPlate::Plain, Some(plain), true) = (design.below, &fibres.plain, pushed != 0) {
+            for i in 0..=UNCUT_SPACES {
+                visit(Place::Uncut, spread(base, 0.0, i, UNCUT_SPACES), pushed, plain);
+            }
+        }
+        match &design.pattern {
+            Some(pattern) => {
+                let first = if pushed != 0 && design.below == BelowPlate::Continued {
+                    let lowest = (0..S::LANES).map(|l| base.lane(l)).fold(0.0, f64::min);
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "a follower slides by less than its length"
+                    )]
+                    let below = (lowest / pattern.pitch()).floor() as i32;
+                    below
+                } else {
+                    1
                 };
-                let face = sum(&|node| state.variables(node, tube - 1)[local::FACE]);
-                let rate = sum(&|node| state.facing[node * (layout.tubes - 1) + tube - 1].h);
-                let step = (abscissa - face) / (rate * state.lengths[e]);
-                x = (x + step).clamp(0.0, 1.0);
-                shares = rule.lagrange(x);
-                if step.abs() < 1e-12 {
-                    break;
+                let last = i32::try_from(pattern.count).unwrap_or(i32::MAX);
+                for number in first..=last {
+                    let middle = (f64::from(number) - 0.5) * pattern.pitch();
+                    let own = usize::try_from(number - 1).ok();
+                    let own = own.map_or(Some(&fibres.base), |notch| fibres.notches.get(notch));
+                    let lanes = base.mask(|b| middle >= b) & if number < 1 { pushed } else { every::<S>() };
+                    if let (Some(Some(own)), true) = (own, lanes != 0 && middle <= length) {
+                        visit(Place::Notch(number), S::splat(middle), lanes, own);
+                    }
                 }
             }
-        }
-        let mut values = [0.0; 3];
-        for (node, share) in nodes().zip(&shares) {
-            for (value, own) in values.iter_mut().zip(self.node(node)) {
-                *value += share * own;
+            None => {
+                for i in 0..=SPACES {
+                    let abscissa = spread(base.map(|b| b.max(0.0)), length, i, SPACES);
+                    if design.depth.is_constant() {
+                        if let Some(own) = &fibres.base {
+                            visit(Place::Section, abscissa, every::<S>(), own);
+                        }
+                        continue;
+                    }
+                    for l in 0..S::LANES {
+                        let own = S::splat(abscissa.lane(l));
+                        let depth = design.depth.eval(abscissa.lane(l), length)[0];
+                        if let Some(fibres) = design.outline.fibres(depth) {
+                            visit(Place::Section, own, 1 << l, &fibres);
+                        }
+                    }
+                }
             }
-        }
-        let start = Layout::label(element.start, &equilibrium.point.coordinates).0;
-        (start + x * state.lengths[e], values)
-    }
-
-    /// κ_Y, κ_Z and e at a node, in the section's own axes.
-    fn node(&self, node: usize) -> [f64; 3] {
-        let (layout, state) = (&self.equilibrium.layout, &self.workspace.state);
-        if self.tube == 0 {
-            let own = &state.local[node * layout.rows()..];
-            [own[local::KY], own[local::KZ], own[local::E1]]
-        } else {
-            let facing = &state.facing[node * (layout.tubes - 1) + self.tube - 1];
-            let stretch = state.variables(node, self.tube - 1)[local::EK];
-            [-facing.p / facing.h, -facing.r / facing.h, stretch]
         }
     }
 }

@@ -1,16 +1,22 @@
 //! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits.
 
+pub(crate) mod beside;
 pub mod capacity;
 pub mod continuation;
 pub mod inverse;
 pub mod limits;
 pub mod range;
+mod reduced;
 pub mod sensitivity;
 pub mod shape;
 pub mod stability;
+mod strains;
 
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
-pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, first_greatest, governing, section_limits};
+pub use limits::{
+    Governing, Limit, Place, SectionLimit, Teeth, Utilisation, first_greatest, governing, section_limits,
+    utilisation,
+};
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_ranges};
 pub use sensitivity::{
     Freedom, Input, Perturbed, Sensitivity, outputs_by_inputs, parameter_sensitivity, sensitivity,

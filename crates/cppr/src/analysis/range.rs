@@ -9,7 +9,7 @@
 use super::limits::{Governing, SectionLimit, Teeth, governing, section_limits};
 use super::sensitivity::{Freedom, Input};
 use super::shape::tip_pose;
-use super::stability::stability;
+use super::stability::margin;
 use crate::design::Robot;
 use crate::solve::{
     Command, CommandProblem, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from,
@@ -164,7 +164,7 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn state(&mut self, found: Equilibrium) -> State {
         let sections: Vec<SectionLimit> = section_limits(self.robot, self.workspace, &found, self.teeth);
-        let margin = stability(self.robot, self.workspace, &found).map(|s| s.margin);
+        let margin = margin(self.robot, self.workspace, &found);
         let (_, tip) = tip_pose(self.robot, self.workspace, &found);
         State { nearest: governing(&sections, margin), found, tip }
     }

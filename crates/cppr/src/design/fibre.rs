@@ -4,29 +4,84 @@
 //! corners where the cut Y = α meets it. The kept part Y ≥ α carries the strain; the part Y ≤ α, whose
 //! contour the teeth keep, bounds the gap. Frame and units as in `section`.
 
-use super::Outline;
 use super::section::above;
+use super::{NotchedTube, Outline};
+use crate::real::Real;
 
-impl Outline {
-    /// Greatest a Y + b Z over the kept part of a section notched by `depth` (m).
-    pub(crate) fn greatest_kept(&self, depth: f64, [a, b]: [f64; 2]) -> f64 {
-        let (outer, alpha) = (self.contours().0, self.cut(depth));
-        if outer.sides.is_none() {
-            return greatest_on_disk(outer.inradius, alpha, [a, b]);
+/// A section as it is cut: its centroid, and where plane strain fields are extreme.
+#[derive(Clone, Debug)]
+pub(crate) struct Fibres {
+    /// Depth of the notch (m).
+    pub depth: f64,
+    /// Distance D of the centroid from the centre (m).
+    pub offset: f64,
+    extremes: Extremes,
+}
+
+#[derive(Clone, Debug)]
+enum Extremes {
+    /// On a disk cut at Y = α.
+    Disk { radius: f64, alpha: f64 },
+    /// At corners (Y, Z) with Z ≥ 0 of the kept part and of what is cut away.
+    Corners { kept: Vec<[f64; 2]>, removed: Vec<[f64; 2]> },
+}
+
+/// The sections of one tube at its notches.
+#[derive(Clone, Debug)]
+pub(crate) struct TubeFibres {
+    /// Of the uncut tube.
+    pub plain: Option<Fibres>,
+    /// At the baseplate, and of notches below it.
+    pub base: Option<Fibres>,
+    /// Of the notches of a known pattern, from the baseplate on.
+    pub notches: Vec<Option<Fibres>>,
+}
+
+impl TubeFibres {
+    pub fn of(tube: &NotchedTube, length: f64) -> Self {
+        let at = |x: f64| tube.outline.fibres(tube.depth.eval(x, length)[0]);
+        let middles = tube.pattern.map(|pattern| pattern.middles()).unwrap_or_default();
+        Self {
+            plain: tube.outline.fibres(0.0),
+            base: at(0.0),
+            notches: middles.into_iter().map(at).collect(),
         }
-        greatest(&above(&outer, alpha), [a, b])
+    }
+}
+
+impl Fibres {
+    /// Greatest a Y + b Z over the kept part.
+    pub fn greatest_kept<S: Real>(&self, [a, b]: [S; 2]) -> S {
+        match &self.extremes {
+            Extremes::Disk { radius, alpha } => greatest_on_disk(*radius, *alpha, [a, b]),
+            Extremes::Corners { kept, .. } => greatest(kept, [a, b]),
+        }
     }
 
     /// Greatest a Y + b Z over what the notch takes away.
-    pub(crate) fn greatest_removed(&self, depth: f64, [a, b]: [f64; 2]) -> f64 {
-        let (outer, alpha) = (self.contours().0, self.cut(depth));
-        if outer.sides.is_none() {
-            return greatest_on_disk(outer.inradius, -alpha, [-a, b]);
+    pub fn greatest_removed<S: Real>(&self, [a, b]: [S; 2]) -> S {
+        match &self.extremes {
+            Extremes::Disk { radius, alpha } => greatest_on_disk(*radius, -alpha, [-a, b]),
+            Extremes::Corners { removed, .. } => greatest(removed, [a, b]),
         }
-        let mut corners = vec![[-outer.inradius, 0.0]];
-        corners.extend(outer.vertices().into_iter().filter(|[y, _]| *y <= alpha));
-        corners.extend(above(&outer, alpha).last());
-        greatest(&corners, [a, b])
+    }
+}
+
+impl Outline {
+    /// The section notched by `depth` (m); none where nothing would be left.
+    pub(crate) fn fibres(&self, depth: f64) -> Option<Fibres> {
+        let offset = self.inertia(depth).ok()?.centroid_offset;
+        let (outer, alpha) = (self.contours().0, self.cut(depth));
+        let extremes = if outer.sides.is_none() {
+            Extremes::Disk { radius: outer.inradius, alpha }
+        } else {
+            let kept = above(&outer, alpha);
+            let mut removed = vec![[-outer.inradius, 0.0]];
+            removed.extend(outer.vertices().into_iter().filter(|[y, _]| *y <= alpha));
+            removed.extend(kept.last());
+            Extremes::Corners { kept, removed }
+        };
+        Some(Fibres { depth, offset, extremes })
     }
 
     /// Thinnest wall of a section notched by `depth` (m): the skin under a notch that stops before the bore, the wall of the
@@ -50,19 +105,22 @@ impl Outline {
 }
 
 /// Over the half Z ≥ 0 and its mirror image.
-fn greatest(corners: &[[f64; 2]], [a, b]: [f64; 2]) -> f64 {
-    corners.iter().map(|[y, z]| a * y + b.abs() * z).fold(f64::NEG_INFINITY, f64::max)
+fn greatest<S: Real>(corners: &[[f64; 2]], [a, b]: [S; 2]) -> S {
+    S::from_lanes(|l| {
+        let (a, b) = (a.lane(l), b.lane(l).abs());
+        corners.iter().map(|[y, z]| a * y + b * z).fold(f64::NEG_INFINITY, f64::max)
+    })
 }
 
 /// Over the part Y ≥ α of a disk.
-fn greatest_on_disk(radius: f64, alpha: f64, [a, b]: [f64; 2]) -> f64 {
-    let size = a.hypot(b);
-    if radius * a >= alpha * size {
-        radius * size
-    } else {
-        let alpha = alpha.max(-radius);
-        a * alpha + b.abs() * ((radius - alpha) * (radius + alpha)).max(0.0).sqrt()
-    }
+fn greatest_on_disk<S: Real>(radius: f64, alpha: f64, [a, b]: [S; 2]) -> S {
+    let size = (a * a + b * b).map(f64::sqrt);
+    let end = alpha.max(-radius);
+    let half_chord = ((radius - end) * (radius + end)).max(0.0).sqrt();
+    S::from_lanes(|l| {
+        let (a, b, size) = (a.lane(l), b.lane(l), size.lane(l));
+        if radius * a >= alpha * size { radius * size } else { a * end + b.abs() * half_chord }
+    })
 }
 
 #[cfg(test)]
@@ -95,10 +153,10 @@ mod tests {
                         let side = if y >= alpha { &mut kept } else { &mut removed };
                         *side = side.max(value);
                     }
-                    for (got, want) in [
-                        (outline.greatest_kept(depth, [a, b]), kept),
-                        (outline.greatest_removed(depth, [a, b]), removed),
-                    ] {
+                    let fibres = outline.fibres(depth).unwrap();
+                    for (got, want) in
+                        [(fibres.greatest_kept([a, b]), kept), (fibres.greatest_removed([a, b]), removed)]
+                    {
                         assert!((got - want).abs() < 3e-3, "{outline:?} {depth} {a} {b}: {got} {want}");
                     }
                 }

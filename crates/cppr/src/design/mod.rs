@@ -1,6 +1,6 @@
 //! What is built: sections, profiles along a tube, tubes and the robot made of them.
 
-mod fibre;
+pub(crate) mod fibre;
 pub(crate) mod fields;
 pub mod profile;
 pub mod robot;

@@ -1,5 +1,6 @@
 //! The robot: coaxial tubes of common rest length, joined at the tip, tube 1 clamped in the baseplate.
 
+use super::fibre::TubeFibres;
 use super::fields::{FieldValues, Fields, Part};
 use super::{BelowPlate, NotchedTube, Outline, Profile, SectionError, StiffnessTube, Torsion, TubeDesign};
 use crate::real::Real;
@@ -90,6 +91,8 @@ impl std::error::Error for DesignProblem {}
 pub struct Robot {
     design: RobotDesign,
     pub(crate) fields: Vec<Fields>,
+    /// Per tube: its notches, where its geometry is known.
+    pub(crate) fibres: Vec<Option<TubeFibres>>,
     /// The same for clones only: workspaces keep what depends on the robot alone.
     pub(crate) serial: u64,
     is_planar: bool,
@@ -126,8 +129,13 @@ impl Robot {
         }
         let is_planar = is_planar(design.length, &fields);
         let bending = fields.iter().map(|f| f.values(0.5 * design.length).bending_z).sum();
+        let fibres = design.tubes.iter().map(|tube| match tube {
+            TubeDesign::Notched(tube) => Some(TubeFibres::of(tube, design.length)),
+            TubeDesign::Stiffness(_) => None,
+        });
+        let fibres = fibres.collect();
         let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { design, fields, serial, is_planar, bending })
+        Ok(Self { design, fields, fibres, serial, is_planar, bending })
     }
 
     /// The design it was built from.

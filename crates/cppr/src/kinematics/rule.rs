@@ -4,6 +4,7 @@
 //! through them. All integrals along the robot, those of the energy, of the face-to-face functions and of the
 //! rotations, are taken of the same interpolants, so that derivatives of sums are sums of derivatives.
 
+use crate::real::Real;
 use gauss_quad::GaussLegendre;
 use std::num::NonZeroUsize;
 
@@ -161,13 +162,13 @@ impl Rule {
 }
 
 /// Shifted Legendre polynomials P_0 … at ξ ∈ [0, 1].
-pub(crate) fn legendre_values(x: f64, values: &mut [f64]) {
-    let t = 2.0 * x - 1.0;
-    let (mut before, mut current) = (0.0, 1.0);
+pub(crate) fn legendre_values<S: Real>(x: S, values: &mut [S]) {
+    let t = x * 2.0 - 1.0;
+    let (mut before, mut current) = (S::zero(), S::one());
     for (m, value) in values.iter_mut().enumerate() {
         *value = current;
         let m = m as f64;
-        let next = ((2.0 * m + 1.0) * t * current - m * before) / (m + 1.0);
+        let next = (t * (2.0 * m + 1.0) * current - before * m) / S::splat(m + 1.0);
         before = current;
         current = next;
     }

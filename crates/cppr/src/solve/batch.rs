@@ -11,6 +11,7 @@ use super::newton::{LONGEST, MOST_REUSES, NEAREST};
 use super::path::{hold_locked, solve_into};
 use super::system::{Point, System, Workspace, add_step};
 use super::{Actuator, Equilibrium, Statistics, Status};
+use crate::analysis::beside::{Beside, Derived};
 use crate::analysis::shape::tip_pose;
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
@@ -45,6 +46,7 @@ pub struct Batch {
     cuts: Vec<Cut>,
     /// Marks of the equilibria that `lanes` evaluated last.
     marks: [u64; WIDTH],
+    derived: Derived,
     pub(super) single: Workspace,
 }
 
@@ -99,6 +101,16 @@ pub fn solve_batch(
 }
 
 impl Batch {
+    /// Buffers for what is derived of an equilibrium solved last: alone and, where it was, beside others.
+    pub(super) fn beside(&mut self, mark: u64) -> (&mut Workspace, Option<Beside<'_>>) {
+        let Self { lanes, point, marks, derived, single, .. } = self;
+        if derived.marks != *marks {
+            *derived = Derived::of(*marks);
+        }
+        let lane = marks.iter().position(|own| *own == mark && mark != 0);
+        (single, lane.map(|lane| Beside { lane, workspace: lanes, point, derived }))
+    }
+
     /// Finds the layouts and drives of those commands that can be solved side by side with others.
     fn lay_out(
         &mut self,

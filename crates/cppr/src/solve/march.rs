@@ -8,7 +8,9 @@ use super::batch::{Batch, LEAST, Tip, WIDTH, goes_side_by_side, same_kind, solve
 use super::edges::has_edge;
 use super::path::solve;
 use super::{Command, CommandProblem, Equilibrium, Settings, Status, Workspace};
+use crate::analysis::beside::Beside;
 use crate::analysis::shape::tip_pose;
+use crate::analysis::{Teeth, Utilisation, stability, utilisation};
 use crate::design::Robot;
 use crate::{Matrix3, Vector3};
 use std::ops::ControlFlow;
@@ -47,6 +49,24 @@ pub struct Solved<'a> {
     pub centre: Vector3<f64>,
     /// Buffers for what is derived from the equilibrium.
     pub workspace: &'a mut Workspace,
+    robot: &'a Robot,
+    beside: Option<Beside<'a>>,
+}
+
+impl Solved<'_> {
+    /// What [`stability::margin`] gives, computed in all lanes at once.
+    pub fn margin(&mut self) -> Option<f64> {
+        let beside = self.beside.as_mut().and_then(|b| b.margin(self.robot, self.equilibrium));
+        beside.or_else(|| stability::margin(self.robot, self.workspace, self.equilibrium))
+    }
+
+    /// What [`utilisation()`] gives, computed in all lanes at once.
+    pub fn utilisation(&mut self, teeth: Teeth) -> Utilisation {
+        match &mut self.beside {
+            Some(beside) => beside.utilisation(self.robot, self.equilibrium, teeth),
+            None => utilisation(self.robot, self.workspace, self.equilibrium, teeth),
+        }
+    }
 }
 
 /// Every buffer that a march needs. Reuse it.
@@ -152,7 +172,8 @@ pub fn march<B>(
                     Ok((rotation, centre)) => {
                         warm[lane] = start == Start::Neighbour && equilibrium.status == Status::Converged;
                         let (rotation, centre) = (*rotation, *centre);
-                        Ok(Solved { equilibrium, rotation, centre, workspace: &mut march.batch.single })
+                        let (workspace, beside) = march.batch.beside(equilibrium.mark);
+                        Ok(Solved { equilibrium, rotation, centre, workspace, robot, beside })
                     }
                     // The neighbour stays: it has not been touched.
                     Err(problem) => Err(problem.clone()),

@@ -1,0 +1,60 @@
+//! What is derived of equilibria that were solved side by side: of all of them at once, when the first is asked for.
+
+use super::limits::{Teeth, Utilisation, greatest};
+use super::reduced::Reduced;
+use crate::design::Robot;
+use crate::real::{Pack, Real};
+use crate::solve::Equilibrium;
+use crate::solve::batch::WIDTH;
+use crate::solve::system::{Point, Workspace};
+
+type Lanes = Pack;
+
+/// What has been derived already.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Derived {
+    /// Marks of the equilibria that it belongs to.
+    pub marks: [u64; WIDTH],
+    /// With the lanes in which it holds.
+    margin: Option<(Lanes, u64)>,
+    greatest: Option<(Teeth, [Lanes; 2])>,
+}
+
+impl Derived {
+    /// Nothing yet of the equilibria with these marks.
+    pub fn of(marks: [u64; WIDTH]) -> Self {
+        Self { marks, ..Self::default() }
+    }
+}
+
+/// An equilibrium in its lane.
+#[derive(Debug)]
+pub(crate) struct Beside<'a> {
+    pub lane: usize,
+    pub workspace: &'a mut Workspace<Lanes>,
+    pub point: &'a Point<Lanes>,
+    pub derived: &'a mut Derived,
+}
+
+impl Beside<'_> {
+    /// As [`super::stability::margin`]; none where the lane has to be looked at alone.
+    pub fn margin(&mut self, robot: &Robot, equilibrium: &Equilibrium) -> Option<f64> {
+        let (margin, fit) = *self.derived.margin.get_or_insert_with(|| {
+            let reduced = Reduced::new(self.workspace, &equilibrium.system(robot));
+            let fit = reduced.fit;
+            (reduced.lowest(), fit)
+        });
+        (fit >> self.lane & 1 == 1).then(|| margin.lane(self.lane))
+    }
+
+    /// As [`super::limits::utilisation`].
+    pub fn utilisation(&mut self, robot: &Robot, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
+        let known = self.derived.greatest.filter(|(own, _)| *own == teeth);
+        let (_, found) = known.unwrap_or_else(|| {
+            let (layout, coordinates) = (&equilibrium.layout, &self.point.coordinates);
+            (teeth, greatest(robot, self.workspace, layout, coordinates, teeth))
+        });
+        self.derived.greatest = Some((teeth, found));
+        Utilisation::of(&found, self.lane)
+    }
+}

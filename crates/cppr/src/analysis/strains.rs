@@ -1,0 +1,124 @@
+//! Curvatures and stretch of one tube by its rest abscissa, from an evaluated state, in all lanes alike.
+//!
+//! Between the nodes of an element they are interpolated by the polynomial through all of them, kept by its Legendre modes.
+
+use crate::kinematics::follower::local;
+use crate::kinematics::layout::Layout;
+use crate::kinematics::rule::legendre_values;
+use crate::kinematics::state::State;
+use crate::real::{Real, every};
+
+/// κ_Y, κ_Z, e, x_k and |h_k| of a node or mode.
+type Values<S> = [S; 5];
+const FACE: usize = 3;
+const RATE: usize = 4;
+
+/// Newton's method on x_k(ξ) stops at steps of ξ below this.
+const SETTLED: f64 = 1e-12;
+
+pub(super) struct Strains<'a, S: Real> {
+    state: &'a State<S>,
+    layout: &'a Layout,
+    coordinates: &'a [S],
+    tube: usize,
+    /// As many modes per element as it has nodes, in the places of these.
+    modes: Vec<Values<S>>,
+}
+
+impl<'a, S: Real> Strains<'a, S> {
+    pub fn new(state: &'a State<S>, layout: &'a Layout, coordinates: &'a [S], tube: usize) -> Self {
+        let mut strains = Self { state, layout, coordinates, tube, modes: Vec::with_capacity(layout.nodes) };
+        for element in &layout.elements {
+            let rule = &layout.rules[element.rule];
+            let nodes: Vec<Values<S>> = (0..rule.n).map(|i| strains.node(element.first_node + i)).collect();
+            for m in 0..rule.n {
+                let mut mode = [S::zero(); 5];
+                for (j, node) in nodes.iter().enumerate() {
+                    let share = (2 * m + 1) as f64 * rule.weights[j] * rule.legendre[j * rule.n + m];
+                    mode.iter_mut().zip(node).for_each(|(sum, value)| *sum += *value * share);
+                }
+                strains.modes.push(mode);
+            }
+        }
+        strains
+    }
+
+    /// At a node, in the section's own axes.
+    fn node(&self, node: usize) -> Values<S> {
+        let (layout, state) = (self.layout, self.state);
+        let Some(f) = self.tube.checked_sub(1) else {
+            let own = &state.local[node * layout.rows()..];
+            return [own[local::KY], own[local::KZ], own[local::E1], own[local::X], S::one()];
+        };
+        let facing = &state.facing[node * (layout.tubes - 1) + f];
+        let own = state.variables(node, f);
+        [-facing.p / facing.h, -facing.r / facing.h, own[local::EK], own[local::FACE], facing.h]
+    }
+
+    /// Rest abscissae at the ends of an element (m).
+    fn ends(&self, e: usize) -> [S; 2] {
+        let Some(f) = self.tube.checked_sub(1) else {
+            let element = &self.layout.elements[e];
+            return [element.start, element.end].map(|j| Layout::label(j, self.coordinates).0);
+        };
+        [e, e + 1].map(|joint| self.state.joints[joint * (self.layout.tubes - 1) + f][0])
+    }
+
+    /// Rest abscissa at the baseplate (m).
+    pub fn base(&self) -> S {
+        self.ends(0)[0]
+    }
+
+    /// Label X that a rest abscissa faces (m), and κ_Y, κ_Z and e there; what stands in lanes other than `lanes` means nothing. The
+    /// curvature jumps where the uncut part ends; `uncut` tells the sides apart.
+    pub fn at(&self, abscissa: S, uncut: bool, lanes: u64) -> (S, [S; 3]) {
+        let last = self.layout.elements.len() - 1;
+        let mut left = lanes;
+        let (mut label, mut values) = (S::zero(), [S::zero(); 3]);
+        for e in 0..=last {
+            let all = e == last || (uncut && !self.layout.elements[e + 1].below[self.tube]);
+            let here = if all { left } else { left & (abscissa - self.ends(e)[1]).mask(|d| d < 0.0) };
+            if here != 0 {
+                let (own_label, own) = self.within(e, abscissa);
+                label = pick(here, own_label, label);
+                values.iter_mut().zip(own).for_each(|(value, own)| *value = pick(here, own, *value));
+            }
+            left &= !here;
+        }
+        (label, values)
+    }
+
+    fn within(&self, e: usize, abscissa: S) -> (S, [S; 3]) {
+        let element = &self.layout.elements[e];
+        let modes = &self.modes[element.first_node..element.first_node + self.layout.rules[element.rule].n];
+        let [from, to] = self.ends(e);
+        let inside = |x: S| x.map(|x| x.clamp(0.0, 1.0));
+        let mut x = inside((abscissa - from) / (to - from));
+        let mut polynomials = vec![S::zero(); modes.len()];
+        legendre_values(x, &mut polynomials);
+        let sum = |polynomials: &[S], which: usize| {
+            polynomials.iter().zip(modes).fold(S::zero(), |sum, (p, mode)| sum.plus(*p, mode[which]))
+        };
+        let length = self.state.lengths[e];
+        if self.tube > 0 {
+            // x_k(ξ) is smooth and nearly linear: Newton's method settles in two or three turns.
+            let mut moving = every::<S>();
+            for _ in 0..10 {
+                let step = (abscissa - sum(&polynomials, FACE)) / (sum(&polynomials, RATE) * length);
+                x = pick(moving, inside(x + step), x);
+                legendre_values(x, &mut polynomials);
+                moving &= step.unless(|s| s.abs() < SETTLED);
+                if moving == 0 {
+                    break;
+                }
+            }
+        }
+        let start = Layout::label(element.start, self.coordinates).0;
+        (start + x * length, [0, 1, 2].map(|which| sum(&polynomials, which)))
+    }
+}
+
+/// The new number in some lanes, the old one in the others.
+pub(super) fn pick<S: Real>(lanes: u64, new: S, old: S) -> S {
+    S::from_lanes(|l| if lanes >> l & 1 == 1 { new.lane(l) } else { old.lane(l) })
+}
