@@ -18,7 +18,7 @@ use num_dual::{Dual64, DualNum, HyperDual64};
 pub(super) trait Number: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
-type V<T> = [T; 3];
+pub(super) type V<T> = [T; 3];
 
 fn cross<T: Number>(a: V<T>, b: V<T>) -> V<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -50,7 +50,7 @@ fn taylor<T: Number>(jet: [f64; 3], x: T) -> T {
 }
 
 /// A section: rotation as its three columns, centre.
-type Pose<T> = (V<V<T>>, V<T>);
+pub(super) type Pose<T> = (V<V<T>>, V<T>);
 
 /// A node: K, e_1 and per follower |h|, θ, D, m.
 type Node<T> = (V<T>, T, Vec<[T; 4]>);
@@ -58,7 +58,7 @@ type Node<T> = (V<T>, T, Vec<[T; 4]>);
 pub(super) struct Primal<T> {
     pub lagrangian: T,
     /// Poses at the elements' ends.
-    ends: Vec<Pose<T>>,
+    pub ends: Vec<Pose<T>>,
 }
 
 /// 𝓛 with every potential load, at coordinates u.
@@ -292,7 +292,7 @@ fn ramp(low: f64, high: f64) -> Profile {
 }
 
 /// Three tubes, everything varying, the third with an uncut part below the plate.
-fn test_robot() -> Robot {
+pub(super) fn test_robot() -> Robot {
     let stiff = |offset: [f64; 2], direction: f64, scale: f64| StiffnessTube {
         centroid_offset: ramp(offset[0], offset[1]),
         direction: Profile::table(&[0.0, 0.05, 0.15], &[direction, direction + 0.9, direction + 1.3])

@@ -13,7 +13,7 @@ use num_dual::HyperDual64;
 /// Cells of the tables.
 const CELLS: u16 = 256;
 /// Places of a fourth-order difference and their weights.
-const SHARES: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
+pub(super) const SHARES: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)];
 
 /// Σ share · field over the four robots, divided by 12 steps.
 fn rate(values: [FieldValues; 4], step: f64) -> FieldValues {
@@ -32,7 +32,7 @@ fn rate(values: [FieldValues; 4], step: f64) -> FieldValues {
 }
 
 /// Rates of all fields of a tube.
-fn rates(robots: &[Robot; 4], tube: usize, step: f64) -> Fields {
+pub(super) fn rates(robots: &[Robot; 4], tube: usize, step: f64) -> Fields {
     let length = robots[0].length();
     let at = |x: f64| rate(robots.each_ref().map(|r| r.fields_at(tube, x)), step);
     let samples: Vec<FieldValues> =
@@ -40,10 +40,10 @@ fn rates(robots: &[Robot; 4], tube: usize, step: f64) -> Fields {
     Fields::new(length, &samples, at(-1e-3), 0.0)
 }
 
-type Change = fn(&mut TubeDesign, f64);
+pub(super) type Change = fn(&mut TubeDesign, f64);
 
 /// Name, tube (from 0) and what a parameter does to it.
-const PARAMETERS: [(&str, usize, Change); 7] = [
+pub(super) const PARAMETERS: [(&str, usize, Change); 7] = [
     ("centroid offset factor", 0, |tube, p| {
         if let TubeDesign::Stiffness(t) = tube {
             t.centroid_offset_factor += p;

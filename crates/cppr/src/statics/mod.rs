@@ -5,6 +5,8 @@ pub(crate) mod assembly;
 mod check;
 #[cfg(test)]
 mod check_parameters;
+#[cfg(test)]
+mod check_sensitivity;
 pub(crate) mod energy;
 mod gradient;
 mod hessian;
