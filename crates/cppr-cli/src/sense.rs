@@ -96,7 +96,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
     }
-    let text = table(&robot, &answer, args.moment);
+    let mut text = table(&robot, &answer, args.moment);
+    for (one, miss) in measured.iter().zip(&answer.misses).filter(|(_, miss)| **miss > FAR) {
+        line(&mut text, "not explained", &missed(one, *miss));
+    }
     report(&text, json)
 }
 
@@ -150,6 +153,19 @@ fn table(robot: &Robot, answer: &Sensed, moment: bool) -> String {
     text
 }
 
+/// A measurement that lies farther than this many standard deviations from the answer is not explained by it.
+const FAR: f64 = 5.0;
+
+fn missed(measured: &Measured, miss: f64) -> String {
+    let what = match measured {
+        Measured::Effort(tube, Freedom::PushPull, ..) => format!("the measured tension of tube {tube}"),
+        Measured::Effort(tube, Freedom::Rotation, ..) => format!("the measured torque of tube {tube}"),
+        Measured::Position(..) => "the measured position".into(),
+        Measured::Direction(..) => "the measured direction".into(),
+    };
+    format!("{what} is off by {miss:.0} of its deviations; check units, command, and what else acts")
+}
+
 /// The components that take part.
 fn along(principal: &Principal) -> String {
     let names = ["force x", "force y", "force z", "moment x / L", "moment y / L", "moment z / L"];
@@ -168,6 +184,6 @@ fn as_json(robot: &Robot, answer: &Sensed, moment: bool) -> Value {
         "force_N": <[f64; 3]>::from(answer.force),
         "moment_Nm": moment.then(|| <[f64; 3]>::from(answer.moment)),
         "standard_deviations": answer.uncertainty.deviations, "covariance": covariance, "not_seen": blind,
-        "noise_against_stated": answer.uncertainty.misfit,
+        "noise_against_stated": answer.uncertainty.misfit, "misses_in_deviations": answer.misses,
     })
 }

@@ -87,6 +87,11 @@ fn a_sensed_force_is_the_one_that_acts() {
     }
     let table = text(&cppr(&["sense", "robots/r1.toml", "--pull", "5mm", "--measured-tension", "4N"]).stdout);
     assert!(table.contains("not seen") && table.contains("seen "), "{table}");
+    assert!(!table.contains("not explained"), "{table}");
+    // No force holds R1 with half a kilonewton.
+    let table =
+        text(&cppr(&["sense", "robots/r1.toml", "--pull", "5mm", "--measured-tension", "500N"]).stdout);
+    assert!(table.contains("not explained     the measured tension of tube 2 is off by"), "{table}");
 }
 
 #[test]

@@ -42,6 +42,7 @@ def test_a_force_is_sensed_from_tension_and_tip(r3: cppr.Robot) -> None:
     answer = standing.sense(tension=made.tension[0], torque={2: made.torque[0]}, position=made.tip_position)
     assert np.abs(answer.force[1:] - [0.08, 0.03]).max() < 1e-3
     assert answer.deviations.shape == (3,) and not answer.moment.any()
+    assert answer.misses.shape == (3,) and answer.misses.max() < 1e-3
     assert answer.equilibrium.tension[0] == pytest.approx(made.tension[0], abs=1e-3)
     with pytest.raises(cppr.CommandError, match="no follower 3"):
         standing.sense(tension={3: 1.0})

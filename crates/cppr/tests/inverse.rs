@@ -14,6 +14,7 @@ use cppr::analysis::{Freedom, Shape, Teeth, safe_ranges, sensitivity};
 use cppr::design::{BelowPlate, Robot};
 use cppr::solve::{Actuator, Command, Drive, Settings, Status, Workspace, solve};
 use cppr::statics::{Loads, Wrench};
+use nalgebra::DVector;
 use std::f64::consts::PI;
 
 /// The three-tube robot of Childs and Rucker as section 4.9 has it.
@@ -167,6 +168,27 @@ fn conditioning_moves_the_tip_along_its_axes() {
         .sum();
     let sum: f64 = conditioning.axes.iter().map(|a| a.deviation * a.deviation).sum();
     assert!((sum - total).abs() < 1e-12 * total);
+    let [best, worst] = [0, 1].map(|i| conditioning.axes[i].deviation);
+    assert!(best > worst && (conditioning.condition - best / worst).abs() < 1e-12 * conditioning.condition);
+    // A surface has no volume.
+    assert!(conditioning.manipulability < 1e-30);
+
+    // Four inputs move the tip everywhere, and one combination of them leaves it.
+    let Case { robot, free, .. } = cases().remove(3);
+    let held = Command::held(&robot);
+    let target = Target { position: Some(Vector3::new(0.027, 4e-3, -5e-3)), direction: None };
+    let answer = reach(&robot, &mut workspace, &held, &settings, &free, &target, &accuracy).unwrap();
+    let conditioning = answer.conditioning.unwrap();
+    let exact = sensitivity(&robot, &mut workspace, &answer.equilibrium).unwrap();
+    let mut scaled = exact.tip_jacobian.rows(0, 3).into_owned();
+    for (i, mut column) in scaled.column_iter_mut().enumerate() {
+        column *= if i % 2 == 0 { accuracy.translation } else { accuracy.rotation };
+    }
+    let volume = (&scaled * scaled.transpose()).determinant().sqrt();
+    assert!((conditioning.manipulability - volume).abs() < 1e-9 * volume && volume > 0.0);
+    assert_eq!(conditioning.idle.len(), 1);
+    let idle = DVector::from_column_slice(&conditioning.idle[0]);
+    assert!((idle.norm() - 1.0).abs() < 1e-12 && (&scaled * idle).norm() < 1e-7 * scaled.norm());
 }
 
 #[test]
@@ -215,7 +237,7 @@ fn forces_are_recovered_within_the_stated_intervals() {
     let state = truth.actuators[0];
     let (tension, torque, place, turn) = (0.02, 5e-4, 3e-4, 5e-3);
     let mut random = Random::new(2);
-    let (mut inside, mut misfit, seeds) = ([0; 3], 0.0, 150);
+    let (mut inside, mut misfit, mut spread, seeds) = ([0; 3], 0.0, 0.0, 150);
     for _ in 0..seeds {
         let mut noise = |size: f64| size * normal(&mut random);
         let mut vector = |size: f64| Vector3::new(noise(size), noise(size), noise(size));
@@ -232,12 +254,17 @@ fn forces_are_recovered_within_the_stated_intervals() {
             assert!(half < 0.2, "the measurements see the force: {half}");
             inside[axis] += i32::from((answer.force[axis] - force[axis]).abs() <= half);
         }
+        let error = answer.force - force;
+        let inverse = answer.uncertainty.covariance.clone().try_inverse().unwrap();
+        spread += (error.transpose() * inverse * error)[0] / f64::from(3 * seeds);
         misfit += answer.uncertainty.misfit.powi(2) / f64::from(seeds);
     }
     // 95 % of 150 is 142.5 with a deviation of 2.7: four of them either way.
     for count in inside {
         assert!((132..=150).contains(&count), "{inside:?}");
     }
+    // The covariance is as wide as the errors: χ² with three degrees of freedom, a deviation of √(2/(3 · 150)) over all seeds.
+    assert!((spread - 1.0).abs() < 4.0 * (2.0 / 450.0_f64).sqrt(), "{spread}");
     // χ² over its four degrees of freedom has mean 1 and, over 150 seeds, a deviation of √(2/(4 · 150)).
     assert!((misfit - 1.0).abs() < 4.0 * (2.0 / 600.0_f64).sqrt(), "{misfit}");
 }
@@ -257,7 +284,12 @@ fn what_efforts_alone_do_not_see_is_named() {
     assert_eq!(blind.len(), 2);
     assert!(blind.iter().any(|p| p.direction[2].abs() > 0.999), "{blind:?}");
     assert!(answer.uncertainty.deviations.iter().all(|d| d.is_infinite()));
-    // The answer explains what was measured.
+    // The answer explains what was measured; half a kilonewton is explained by nothing.
+    assert!(answer.misses[0] < 1e-6);
+    let absurd = [Measured::Effort(2, Freedom::PushPull, 500.0, 0.01)];
+    let none = sense(&robot, &mut workspace, &command, &settings, &absurd, false).unwrap();
+    let left = (none.equilibrium.actuators[0].tension - 500.0) / 0.01;
+    assert!(none.misses[0] > 1e4 && (none.misses[0] - left.abs()).abs() < 1e-9 * none.misses[0]);
     assert!((answer.equilibrium.actuators[0].tension - truth.actuators[0].tension).abs() < 1e-9);
     // A whole wrench from a whole pose and both efforts.
     let moment = Vector3::new(1e-3, 2e-3, -3e-3);

@@ -78,6 +78,8 @@ class Sensed:
     """Of the components; shape (u, u)."""
     misfit: float
     """Root mean square of the weighted residuals per degree of freedom: about 1 where the deviations are right."""
+    misses: Floats
+    """How many deviations each measurement (tensions, torques, position, direction) lies from the answer: where many, no wrench explains it."""
     equilibrium: _cppr.Equilibrium
     """The equilibrium under the wrench."""
 

@@ -33,6 +33,9 @@ pub struct Sensed {
     pub moment: Vector3<f64>,
     /// Uncertainty of the force's components and, if looked for, of the moment's.
     pub uncertainty: Uncertainty,
+    /// How far every measurement, in the order given, lies from what it would be under the wrench, in its standard deviations. Where one is
+    /// missed by many, no wrench explains it.
+    pub misses: Vec<f64>,
     /// The equilibrium under it.
     pub equilibrium: Equilibrium,
 }
@@ -77,8 +80,24 @@ pub fn sense(
         force: wrench.force,
         moment: wrench.moment,
         uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
+        misses: misses(measured, residual),
         equilibrium: outcome.best.state,
     })
+}
+
+/// Sizes of the residuals that belong to each measurement.
+fn misses(measured: &[Measured], residual: &DVector<f64>) -> Vec<f64> {
+    let mut from = 0;
+    let sizes = measured.iter().map(|one| {
+        let numbers = match one {
+            Measured::Effort(..) => 1,
+            Measured::Position(..) => 3,
+            Measured::Direction(..) => 2,
+        };
+        from += numbers;
+        residual.rows(from - numbers, numbers).norm()
+    });
+    sizes.collect()
 }
 
 fn stable(found: Equilibrium) -> Option<Equilibrium> {
