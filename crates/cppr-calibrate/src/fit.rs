@@ -34,6 +34,8 @@ pub enum FitProblem {
     NoEquilibrium(usize, String),
     /// The search did not settle: why.
     Search(String),
+    /// [`Workspace::stop_by`].
+    Stopped,
 }
 
 impl fmt::Display for FitProblem {
@@ -67,6 +69,7 @@ impl fmt::Display for FitProblem {
                 )
             }
             Self::Search(why) => write!(f, "the search for the least squares ended without a result: {why}"),
+            Self::Stopped => write!(f, "stopped before the parameters were known"),
         }
     }
 }
@@ -130,6 +133,7 @@ pub struct Fit {
 /// See [`FitProblem`]; what the data cannot determine is refused.
 pub fn fit(
     designs: &[RobotDesign],
+    workspace: &mut Workspace,
     measurements: &[Measurement],
     list: &[Parameter],
 ) -> Result<Fit, FitProblem> {
@@ -143,6 +147,7 @@ pub fn fit(
         list,
         start: start.clone(),
         logarithms: DVector::zeros(list.len()),
+        workspace: RefCell::new(workspace),
         last: RefCell::new(vec![None; measurements.len()]),
         failure: RefCell::new(None),
         evaluations: RefCell::new(0),
@@ -211,6 +216,7 @@ struct Problem<'a> {
     start: Vec<f64>,
     /// Logarithms of the values over the start: what the search moves, since no parameter may turn negative.
     logarithms: DVector<f64>,
+    workspace: RefCell<&'a mut Workspace>,
     /// Last equilibrium of each measurement, to start from.
     last: RefCell<Vec<Option<Equilibrium>>>,
     failure: RefCell<Option<FitProblem>>,
@@ -285,15 +291,19 @@ impl Problem<'_> {
                 FitProblem::Search(format!("{why}. {CHECK}"))
             })?;
         let perturbed = if derivatives { self.perturbed(&values)? } else { Vec::new() };
-        let mut workspace = Workspace::new();
+        let mut workspace = self.workspace.borrow_mut();
+        let workspace: &mut Workspace = &mut workspace;
         let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (m, &group)) in self.measurements.iter().zip(&self.groups).enumerate() {
+            if workspace.is_stopped() {
+                return Err(FitProblem::Stopped);
+            }
             let robot = &robots[group];
             let command = command(m, robot.follower_count());
             let settings = Settings::default();
             let found = match &self.last.borrow()[i] {
-                Some(start) => solve_from(robot, &mut workspace, &command, &settings, start),
-                None => solve(robot, &mut workspace, &command, &settings),
+                Some(start) => solve_from(robot, workspace, &command, &settings, start),
+                None => solve(robot, workspace, &command, &settings),
             };
             let found = found.map_err(|e| FitProblem::Measurement(m.row, e.to_string()))?;
             if let Status::NotConverged(_) = found.status {
@@ -306,12 +316,12 @@ impl Problem<'_> {
                 let why = format!("with {}: {}. {CHECK}", at.join(", "), found.status);
                 return Err(FitProblem::NoEquilibrium(m.row, why));
             }
-            let seen = observe(m, robot, &mut workspace, &found);
+            let seen = observe(m, robot, workspace, &found);
             let mut slopes: Vec<Vec<f64>> = Vec::new();
             if derivatives {
                 for (parameter, moved) in self.list.iter().zip(&perturbed[group]) {
                     let read = |robot: &Robot, w: &mut Workspace, eq: &Equilibrium| observe(m, robot, w, eq);
-                    let slope = parameter_sensitivity(robot, &mut workspace, &found, moved, read);
+                    let slope = parameter_sensitivity(robot, workspace, &found, moved, read);
                     let why = || format!("{parameter} has no derivative here");
                     slopes.push(slope.ok_or_else(|| FitProblem::NoEquilibrium(m.row, why()))?);
                 }

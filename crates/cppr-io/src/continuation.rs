@@ -195,6 +195,7 @@ impl From<&Branch> for BranchRecord {
             End::Step => "step",
             End::Edge { .. } => "edge",
             End::Left { .. } => "left",
+            End::Stopped => "stopped",
             End::NoStart(_) => "no_start",
         };
         let origin = branch.origin.map(|o| OriginRecord {

@@ -5,6 +5,7 @@ use crate::command::{Asked, Drives};
 use crate::design::pick;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
+use crate::watch::analysed;
 use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing, trace_from};
 use cppr::analysis::{
     Bound as Why, Freedom, Governing, Input, Limit, Place, RangeEnd, SectionLimit, Teeth, governing,
@@ -92,9 +93,7 @@ pub fn ranges<'py>(
 ) -> PyResult<Bound<'py, PyList>> {
     let teeth = self::teeth(py, teeth)?;
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let ranges = py.detach(|| {
-        shared.with(|robot, workspace| safe_ranges(robot, workspace, &found.command, &found.settings, teeth))
-    });
+    let ranges = analysed(py, |w| safe_ranges(&shared.robot, w, &found.command, &found.settings, teeth))?;
     let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
     let list = ranges.iter().map(|r| {
         let (means, tube) = input(&r.input);
@@ -127,9 +126,8 @@ pub fn trace<'py>(
         Some(factor) => Family::load(first, 1.0, factor),
     };
     let tracing = Tracing { settings: found.settings, step, points, depth, ..Tracing::default() };
-    let branches = family.and_then(|family| {
-        py.detach(|| shared.with(|robot, workspace| trace_from(robot, workspace, &family, &tracing, found)))
-    });
+    let family = family.map_err(|problem| errors::command(py, problem))?;
+    let branches = analysed(py, |w| trace_from(&shared.robot, w, &family, &tracing, found))?;
     let branches = branches.map_err(|problem| errors::command(py, problem))?;
     PyList::new(py, branches.into_iter().map(|b| branch(py, &equilibrium, b)).collect::<PyResult<Vec<_>>>()?)
 }

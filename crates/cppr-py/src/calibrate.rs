@@ -2,6 +2,7 @@
 
 use crate::errors;
 use crate::robot::Robot;
+use crate::watch::analysed;
 use cppr_calibrate::{Parameter, fit, read};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -25,8 +26,8 @@ pub fn calibrate<'py>(
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
     let designs: Vec<_> = robots.iter().map(|r| r.shared.robot.design().clone()).collect();
-    let found =
-        py.detach(|| fit(&designs, &measurements, &list)).map_err(|problem| refuse(problem.to_string()))?;
+    let found = analysed(py, |w| fit(&designs, w, &measurements, &list))?;
+    let found = found.map_err(|problem| refuse(problem.to_string()))?;
     let fitted = found
         .designs
         .iter()

@@ -7,6 +7,7 @@ use crate::arrays::{dynamic, line, number, vector};
 use crate::command::{Means, tube_number};
 use crate::equilibrium::Equilibrium;
 use crate::errors;
+use crate::watch::analysed;
 use cppr::analysis::inverse::{
     Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within, reach as reach_for,
     sense as sense_from, shape_match,
@@ -20,9 +21,8 @@ use std::sync::Arc;
 /// The inputs that may be chosen.
 fn free(py: Python<'_>, equilibrium: &Equilibrium) -> PyResult<Vec<FreeInput>> {
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let ranges = py.detach(|| {
-        shared.with(|robot, w| safe_ranges(robot, w, &found.command, &found.settings, Teeth::Rigid))
-    });
+    let ranges =
+        analysed(py, |w| safe_ranges(&shared.robot, w, &found.command, &found.settings, Teeth::Rigid))?;
     let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
     Ok(free_within(&shared.robot, &ranges))
 }
@@ -66,11 +66,9 @@ pub fn reach<'py>(
     let target = Target { position: read("position", position)?, direction: read("direction", direction)? };
     let free = free(py, &equilibrium)?;
     let (shared, from) = (&equilibrium.shared, &equilibrium.found);
-    let answer = py.detach(|| {
-        shared.with(|robot, w| {
-            reach_for(robot, w, &from.command, &from.settings, &free, &target, &Accuracy::default())
-        })
-    });
+    let answer = analysed(py, |w| {
+        reach_for(&shared.robot, w, &from.command, &from.settings, &free, &target, &Accuracy::default())
+    })?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
     own.set_item("reached", answer.reached)?;
@@ -101,9 +99,8 @@ pub fn match_shape<'py>(
         .collect();
     let free = free(py, &equilibrium)?;
     let (shared, from) = (&equilibrium.shared, &equilibrium.found);
-    let answer = py.detach(|| {
-        shared.with(|robot, w| shape_match(robot, w, &from.command, &from.settings, &free, &points))
-    });
+    let answer =
+        analysed(py, |w| shape_match(&shared.robot, w, &from.command, &from.settings, &free, &points))?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
     known(py, &own, &answer.uncertainty)?;
@@ -158,6 +155,7 @@ pub fn sense<'py>(
     let own = PyDict::new(py);
     own.set_item("force", line(py, answer.force.iter().copied()))?;
     own.set_item("moment", line(py, answer.moment.iter().copied()))?;
+    own.set_item("misses", line(py, answer.misses.iter().copied()))?;
     known(py, &own, &answer.uncertainty)?;
     own.set_item("equilibrium", Equilibrium::new(Arc::clone(shared), answer.equilibrium))?;
     Ok(own)

@@ -20,6 +20,7 @@ mod many;
 mod robot;
 mod sweep;
 mod twin;
+mod watch;
 
 use pyo3::prelude::*;
 

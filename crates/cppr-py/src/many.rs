@@ -6,6 +6,7 @@
 use crate::command::{Asked, Means, Taken};
 use crate::errors;
 use crate::robot::{Robot, Shared};
+use crate::watch::watched;
 use cppr::analysis::{Shape, sensitivity};
 use cppr::solve::{Command, CommandProblem, Poses, Reason, Settings, Solved, Start, Status};
 use cppr::statics::Wrench;
@@ -14,11 +15,6 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::time::Duration;
-
-/// How often signals are looked at and progress is told.
-const PULSE: Duration = Duration::from_millis(50);
 
 /// What is written of every pose beyond the cheap numbers.
 #[derive(Clone, Copy)]
@@ -150,42 +146,6 @@ impl Job<'_> {
 fn width(followers: usize, extras: Extras) -> usize {
     let jacobian = if extras.jacobian { 12 * followers + 36 } else { 0 };
     15 + 4 * followers + jacobian + usize::from(extras.margin) + 3 * extras.sections
-}
-
-/// Runs work in a thread of its own, telling progress and looking at signals meanwhile.
-pub fn watched(
-    py: Python<'_>,
-    total: usize,
-    progress: Option<&Py<PyAny>>,
-    work: impl FnOnce(&AtomicUsize, &AtomicBool) + Send,
-) -> PyResult<()> {
-    let (done, cancelled) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let pulse = |py: Python<'_>| -> PyResult<()> {
-        py.check_signals()?;
-        if let Some(progress) = progress {
-            progress.call1(py, (done.load(Ordering::Relaxed), total))?;
-        }
-        Ok(())
-    };
-    py.detach(|| {
-        std::thread::scope(|scope| {
-            let (finished, wait) = mpsc::channel::<()>();
-            scope.spawn(|| {
-                work(&done, &cancelled);
-                drop(finished);
-            });
-            let mut failure = None;
-            while let Err(mpsc::RecvTimeoutError::Timeout) = wait.recv_timeout(PULSE) {
-                if failure.is_none()
-                    && let Err(error) = Python::attach(pulse)
-                {
-                    cancelled.store(true, Ordering::Relaxed);
-                    failure = Some(error);
-                }
-            }
-            failure.map_or_else(|| Python::attach(pulse), Err)
-        })
-    })
 }
 
 /// Fills `out`, one row per pose. `columns` holds (means, tube, values).

@@ -58,6 +58,8 @@ pub enum RangeProblem {
     NoEquilibrium(Status),
     /// A limit is exceeded there already.
     Exceeded(Governing),
+    /// [`Workspace::stop_by`].
+    Stopped,
 }
 
 impl std::fmt::Display for RangeProblem {
@@ -68,6 +70,7 @@ impl std::fmt::Display for RangeProblem {
             Self::Exceeded(nearest) => {
                 write!(f, "a limit is exceeded already: {:.1} % of it are used", 100.0 * nearest.utilisation)
             }
+            Self::Stopped => write!(f, "stopped before the ranges were known"),
         }
     }
 }
@@ -92,7 +95,7 @@ const BEND: f64 = 20.0;
 /// Safe ranges of all inputs about a command, push-pull and rotation of tube 2, then of tube 3, …
 ///
 /// # Errors
-/// Where the command itself is not safe.
+/// Where the command itself is not safe, and where the search was stopped.
 pub fn safe_ranges(
     robot: &Robot,
     workspace: &mut Workspace,
@@ -122,6 +125,9 @@ pub fn safe_ranges(
             let is_motion = matches!(drive, Drive::Motion(_));
             let input = Input { tube: follower + 2, freedom, is_motion };
             let [low, high] = [-1.0, 1.0].map(|side| walk.end(&start, input, side));
+            if walk.workspace.is_stopped() {
+                return Err(RangeProblem::Stopped);
+            }
             ranges.push(SafeRange { input, start: drive.value(), low, high });
         }
     }
@@ -171,6 +177,9 @@ impl Walk<'_> {
 
     /// The state at a value, if it continues the one given.
     fn next(&mut self, from: &State, input: Input, value: f64) -> Option<State> {
+        if self.workspace.is_stopped() {
+            return None;
+        }
         let command = with_input(&from.found.command, input, value);
         let found = solve_from(self.robot, self.workspace, &command, self.settings, &from.found).ok()?;
         // Load stepping starts at rest and may come out on another branch.

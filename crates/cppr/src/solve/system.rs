@@ -18,6 +18,8 @@ use crate::real::{Each, Real, every};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
 use crate::statics::{Loads, RotationKnob};
 use num_traits::Zero;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One system of equations, of one command or of several side by side that differ in numbers only.
 #[derive(Clone, Copy)]
@@ -134,6 +136,8 @@ pub struct Workspace<S: Real = f64> {
     pub(super) posed: Posed,
     /// Mark of the equilibrium that was evaluated last; 0 for none.
     pub(crate) mark: u64,
+    /// Set from outside to end a long analysis.
+    stop: Option<Arc<AtomicBool>>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -355,6 +359,18 @@ impl Workspace {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Lets another thread end what takes many solves with this workspace: safe ranges, searches for actuator values, paths,
+    /// calibrations. Soon after the flag is set they return, and say that they were stopped. `None` takes the flag away.
+    pub fn stop_by(&mut self, flag: Option<Arc<AtomicBool>>) {
+        self.stop = flag;
+    }
+
+    /// Has the flag been set? For loops of one's own over solves.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
 

@@ -124,6 +124,8 @@ pub enum End {
         /// Tube number.
         tube: usize,
     },
+    /// [`Workspace::stop_by`].
+    Stopped,
     /// There is no equilibrium at the first command, or it is singular.
     NoStart(Status),
 }
@@ -146,6 +148,7 @@ impl std::fmt::Display for End {
                 "stopped where the pattern of tube {tube} meets the baseplate or a load: no equilibrium was found beyond"
             ),
             Self::Left { tube } => write!(f, "stopped where tube {tube} has slid by the robot's length"),
+            Self::Stopped => write!(f, "was stopped"),
             Self::NoStart(Status::NotConverged(_)) => write!(f, "has no equilibrium to begin with"),
             Self::NoStart(_) => write!(f, "begins at a singular equilibrium; begin beside it"),
         }

@@ -102,6 +102,9 @@ impl<'a> Tracer<'a> {
             if let Some(end) = ended(&here) {
                 return end;
             }
+            if self.solver.workspace.is_stopped() {
+                return End::Stopped;
+            }
             if trail.points.len() >= self.tracing.points {
                 return End::Points;
             }

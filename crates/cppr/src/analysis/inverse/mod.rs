@@ -56,6 +56,8 @@ pub enum InverseProblem {
     EffortPrescribed(usize),
     /// No stable equilibrium was found under any value that was tried.
     NoEquilibrium,
+    /// [`Workspace::stop_by`].
+    Stopped,
 }
 
 impl fmt::Display for InverseProblem {
@@ -86,6 +88,7 @@ impl fmt::Display for InverseProblem {
                 )
             }
             Self::NoEquilibrium => write!(f, "no stable equilibrium was found between the bounds"),
+            Self::Stopped => write!(f, "stopped before an answer was found"),
         }
     }
 }
@@ -163,12 +166,23 @@ struct Search<'a> {
 impl Search<'_> {
     /// The stable equilibrium at some values: near another one, or from rest.
     fn at(&mut self, values: &DVector<f64>, near: Option<&Equilibrium>) -> Option<Equilibrium> {
+        if self.workspace.is_stopped() {
+            return None;
+        }
         let command = commanded(self.command, self.free, values);
         let found = match near {
             Some(start) => solve_from(self.robot, self.workspace, &command, self.settings, start),
             None => solve(self.robot, self.workspace, &command, self.settings),
         };
         found.ok().filter(|found| found.status == Status::Converged)
+    }
+
+    /// A stopped search has no answer, whatever it has found.
+    fn unless_stopped<T>(&self, best: Option<T>) -> Result<T, InverseProblem> {
+        if self.workspace.is_stopped() {
+            return Err(InverseProblem::Stopped);
+        }
+        best.ok_or(InverseProblem::NoEquilibrium)
     }
 
     /// Half widths of the bounds: units in which all inputs count alike.

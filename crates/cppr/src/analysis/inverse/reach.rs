@@ -156,7 +156,7 @@ pub fn reach(
             break;
         }
     }
-    let (_, values, equilibrium) = best.ok_or(InverseProblem::NoEquilibrium)?;
+    let (_, values, equilibrium) = search.unless_stopped(best)?;
     Ok(conclude(&mut search, &target, accuracy, &values, equilibrium))
 }
 

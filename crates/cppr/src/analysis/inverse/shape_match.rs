@@ -89,7 +89,7 @@ pub fn shape_match(
             best = Some((left, outcome.values, outcome.best));
         }
     }
-    let (_, values, best) = best.ok_or(InverseProblem::NoEquilibrium)?;
+    let (_, values, best) = search.unless_stopped(best)?;
     let at_end = places(&mut search, points, &best.state);
     let distances: Vec<f64> =
         at_end.offsets.iter().zip(&at_end.across).map(|(offset, across)| (across * offset).norm()).collect();
