@@ -7,32 +7,32 @@ use common::{cppr, cppr_in, root, text};
 use std::io::BufRead;
 use std::process::Command;
 
+/// All sub-commands, and none.
+fn tasks() -> Vec<String> {
+    let help = text(&cppr(&["--help"]).stdout);
+    let list = help.lines().skip_while(|l| !l.starts_with("Commands:")).skip(1).take_while(|l| !l.is_empty());
+    let names = list.filter_map(|l| l.split_whitespace().next()).filter(|name| *name != "help");
+    names.map(String::from).chain([String::new()]).collect()
+}
+
+/// README and all pages of the book.
+fn pages() -> Vec<std::path::PathBuf> {
+    let list =
+        |folder: &str| std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let all = list("docs/src").chain(list("docs/src/theory"));
+    all.filter(|p| p.extension().is_some_and(|e| e == "md")).chain([root().join("README.md")]).collect()
+}
+
 #[test]
 fn every_example_of_the_help_works() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for task in [
-        "solve",
-        "limits",
-        "continue",
-        "reach",
-        "match",
-        "sense",
-        "sweep",
-        "view",
-        "derivatives",
-        "section",
-        "check",
-        "calibrate",
-        "export",
-        "paper",
-        "",
-    ] {
-        let help = text(
-            &cppr(&[task, "--help"].map(str::trim).into_iter().filter(|a| !a.is_empty()).collect::<Vec<_>>())
-                .stdout,
-        );
-        for line in help.lines().map(str::trim).filter(|l| l.starts_with("cppr ")) {
+    for task in tasks() {
+        let arguments = [task.as_str(), "--help"];
+        let help = text(&cppr(&arguments[usize::from(task.is_empty())..]).stdout);
+        let examples = || help.lines().map(str::trim).filter(|l| l.starts_with("cppr "));
+        assert!(examples().count() > 0, "cppr {task} --help shows no example");
+        for line in examples() {
             let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
             let output = cppr_in(folder.path(), &arguments);
             assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
@@ -66,24 +66,11 @@ fn serves_a_page(arguments: &[&str]) {
 
 #[test]
 fn every_command_of_the_documentation_works() {
-    let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
-    for page in [
-        "README.md",
-        "docs/src/tutorial.md",
-        "docs/src/results.md",
-        "docs/src/scenarios.md",
-        "docs/src/viewer.md",
-        "docs/src/limits.md",
-        "docs/src/continuation.md",
-        "docs/src/sweeps.md",
-        "docs/src/export.md",
-        "docs/src/inverse.md",
-        "docs/src/theory/derivatives.md",
-        "docs/src/calibration.md",
-        "docs/src/paper.md",
-    ] {
-        let page = std::fs::read_to_string(root().join(page)).unwrap();
+    for path in pages() {
+        // A page stands for itself.
+        let folder = tempfile::tempdir().unwrap();
+        let page = std::fs::read_to_string(&path).unwrap();
         for line in page.lines().filter_map(|l| l.strip_prefix("    cargo run --release -- ")) {
             let arguments: Vec<&str> = line.split_whitespace().filter(|a| *a != "robots/*.toml").collect();
             let robots = ["robots/r1.toml", "robots/helicoid.toml"];
@@ -93,7 +80,8 @@ fn every_command_of_the_documentation_works() {
                 serves_a_page(&all);
             } else {
                 let output = cppr_in(folder.path(), &all);
-                assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+                let shown = path.display();
+                assert_eq!(output.status.code(), Some(0), "{shown}: {line}: {}", text(&output.stderr));
             }
             seen += 1;
         }

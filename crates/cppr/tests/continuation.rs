@@ -11,7 +11,7 @@ use cppr::analysis::shape::tip_pose;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Settings, Workspace, solve, solve_from};
-use cppr::statics::{Loads, Thread, Wrench};
+use cppr::statics::{Frame, Loads, Thread, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -117,6 +117,21 @@ fn a_round_column_has_a_double_branch_point() {
         assert!(branch.points[1..].iter().all(|p| p.inertia == Some(0)), "neutral, but not unstable");
     }
     assert!(deflection(&branches[1]) > 0.7);
+}
+
+#[test]
+fn a_load_that_follows_the_tip_branches_nowhere() {
+    // Beck's column: under a force along the tip's tangent no equilibrium but the straight one is near, whatever the force. The
+    // symmetric part of its tangent turns indefinite all the same, which is no branch point.
+    let wrench = Wrench { frame: Frame::Section, ..Wrench::tip_force(Vector3::new(-1.0, 0.0, 0.0)) };
+    let command = Command::pull(&[]).with_loads(Loads { wrenches: vec![wrench], ..Loads::none() });
+    let family = Family::load(command, 0.0, 40.0).unwrap();
+    let tracing = Tracing { settings: planar(16), depth: 1, ..Tracing::default() };
+    let branches = branches(&rod([1.0, 1.0], 1.0), &family, &tracing);
+    assert_eq!(branches.len(), 1);
+    assert_eq!(branches[0].end, End::Last);
+    assert!(special(&branches[0]).is_empty(), "{:?}", special(&branches[0]));
+    assert!(branches[0].points.last().unwrap().inertia > Some(0), "the safe side");
 }
 
 #[test]

@@ -55,6 +55,7 @@ fn a_uniform_bend_has_the_strain_and_closure_of_york_and_swaney() {
         // Least where the notch opens least: the edge of the cut.
         let opened = (d2 - 0.5e-3) * own;
         assert!((s.closure.unwrap() + opened).abs() < 1e-7 * opened, "{s:?} {opened}");
+        assert!((s.gap.unwrap() - NOTCH * (1.0 + opened)).abs() < 1e-9 * NOTCH, "{s:?}");
         assert!(s.abscissa >= pull);
     }
     // Notches that have been pulled below the plate are straight and gone.
