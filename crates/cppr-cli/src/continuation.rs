@@ -295,7 +295,7 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
                 number + 1,
                 value(point.parameter * parameter.scale, 5),
                 point.margin.map_or("        -".into(), |m| format!("{:>9}", plain(m, 5))),
-                stability(point),
+                stability(&branch.points[i..]),
             );
         }
         let from = branch.origin.map_or(String::new(), |o| format!(", leaves branch {}", o.branch + 1));
@@ -304,10 +304,18 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
     text
 }
 
-fn stability(point: &PathPoint) -> String {
-    match point.inertia {
+/// Stability of the first of some points; of one that is critical, that of the path behind it.
+fn stability(points: &[PathPoint]) -> String {
+    let words = |point: &PathPoint| match point.inertia {
         None => "not known".into(),
         Some(0) => "stable".into(),
         Some(n) => format!("unstable, {n}"),
+    };
+    match points {
+        [PathPoint { kind: PointKind::Fold | PointKind::BranchPoint { .. }, .. }, rest @ ..] => {
+            rest.first().map_or("critical".into(), |next| format!("critical, then {}", words(next)))
+        }
+        [point, ..] => words(point),
+        [] => String::new(),
     }
 }

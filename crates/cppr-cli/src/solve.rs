@@ -84,9 +84,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
     thread_has_direction(&found.command.loads, &shape)?;
-    let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
+    let stability = stability(&robot, &mut workspace, &found);
+    let margin = stability.as_ref().map(|s| s.margin);
+    let direction = stability.map(|s| s.tip_direction(&robot, &mut workspace, &found).into());
     if let Some(path) = json {
-        write_json(path, &ResultRecord::new(&robot, &found, &shape, margin))?;
+        write_json(path, &ResultRecord::new(&robot, &found, &shape, margin, direction))?;
     }
     if let Some(path) = csv {
         write_or_print(path, &result_csv::csv(&shape))?;
@@ -95,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let drawn = figure::shape(&robot, &mut workspace, &found, args.samples as usize)?;
         figure::write(path, format, &drawn)?;
     }
-    let text = table(&robot, &found, &shape, margin, time);
+    let text = table(&robot, &found, &shape, margin.zip(direction), time);
     if [json, csv].into_iter().flatten().any(is_stdout) {
         note(&text);
         Ok(())

@@ -30,12 +30,12 @@ pub fn millimetres(length: f64) -> String {
     format!("{}", (length * 1e9).round() * 1e-6)
 }
 
-/// Name, status, tip, efforts, margin, cost.
+/// Name, status, tip, efforts, margin with the direction in which the tip would go, cost.
 pub fn table(
     robot: &Robot,
     found: &Equilibrium,
     shape: &Shape,
-    margin: Option<f64>,
+    margin: Option<(f64, [f64; 3])>,
     time: Duration,
 ) -> String {
     let mut text = String::new();
@@ -74,8 +74,13 @@ pub fn table(
         line("", turn);
     }
     line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy * 1e3, 4)));
-    if let Some(margin) = margin {
+    if let Some((margin, direction)) = margin {
         line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
+        // At rest all motions are alike.
+        if margin < 1.0 - 1e-6 && direction.iter().any(|c| c.abs() > 0.0) {
+            let way = direction.map(|c| format!("{:>10}", plain(c, 5))).join(" ");
+            line("softest: tip along", format!("{way} or against it"));
+        }
     }
     let s = found.statistics;
     let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });

@@ -43,9 +43,16 @@ fn a_snap_as_table_json_csv_and_figure() {
     let output = cppr(&[&SNAP[..], &["--json", &json, "--csv", &csv, "--plot", &svg]].concat());
     let table = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    for part in
-        ["branch point", "1.54215", "fold", "1.33503", "unstable, 1", "leaves branch 1", "reached the end"]
-    {
+    for part in [
+        "branch point",
+        "1.54215",
+        "fold",
+        "1.33503",
+        "critical, then unstable, 1",
+        "critical, then stable",
+        "leaves branch 1",
+        "reached the end",
+    ] {
         assert!(table.contains(part), "{part} is missing in\n{table}");
     }
     let record: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();

@@ -76,8 +76,8 @@ fn the_keys_of_schema_1() {
     let result = json(&["solve", "robots/r1.toml", "--tension", "1N", "--samples", "2", "--json", "-"]);
     assert_eq!(
         keys(&result),
-        "actuators command cppr_version elastic_energy_J formulation margin_to_instability resolution robot \
-         schema schema_version sections statistics status status_text tip_position_m tip_rotation"
+        "actuators command cppr_version critical_tip_direction elastic_energy_J formulation margin_to_instability \
+         resolution robot schema schema_version sections statistics status status_text tip_position_m tip_rotation"
     );
     assert_eq!(keys(&result["actuators"][0]), "pull_m rotation_rad tension_N torque_Nm tube");
     assert_eq!(keys(&result["command"]["actuators"][0]), "rotation_rad tension_N tube");

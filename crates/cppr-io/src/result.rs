@@ -188,6 +188,8 @@ pub struct SolutionRecord {
     /// 1 at rest, 0 where the robot snaps, below where it is unstable; null in the printed formulation, which is
     /// not the derivative of an energy.
     pub margin_to_instability: Option<f64>,
+    /// Where the tip goes under the mode of the lowest eigenvalue, either way: unit vector of the base frame.
+    pub critical_tip_direction: Option<[f64; 3]>,
     /// From the baseplate to the tip.
     pub sections: Vec<SectionRecord>,
 }
@@ -262,7 +264,13 @@ pub struct TubeRecord {
 impl ResultRecord {
     /// Everything about an equilibrium; the status alone where none was found.
     #[must_use]
-    pub fn new(robot: &Robot, found: &Equilibrium, shape: &Shape, margin: Option<f64>) -> Self {
+    pub fn new(
+        robot: &Robot,
+        found: &Equilibrium,
+        shape: &Shape,
+        margin: Option<f64>,
+        direction: Option<[f64; 3]>,
+    ) -> Self {
         let mut record = Self::status_only(robot, found);
         if let (true, Some(tip)) = (found.status.is_equilibrium(), shape.sections.last()) {
             record.solution = Some(SolutionRecord {
@@ -271,6 +279,7 @@ impl ResultRecord {
                 actuators: actuators(found),
                 elastic_energy_J: found.elastic_energy,
                 margin_to_instability: margin,
+                critical_tip_direction: direction,
                 sections: shape.sections.iter().map(SectionRecord::from).collect(),
             });
         }

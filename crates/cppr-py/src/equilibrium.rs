@@ -25,7 +25,7 @@ pub struct Equilibrium {
     pub found: cppr::solve::Equilibrium,
     tip: OnceLock<(Matrix3<f64>, Vector3<f64>)>,
     derivatives: OnceLock<Option<Sensitivity>>,
-    margin: OnceLock<f64>,
+    critical: OnceLock<(f64, Vector3<f64>)>,
     shape: OnceLock<Py<Shape>>,
 }
 
@@ -36,7 +36,7 @@ impl Equilibrium {
             found,
             tip: OnceLock::new(),
             derivatives: OnceLock::new(),
-            margin: OnceLock::new(),
+            critical: OnceLock::new(),
             shape: OnceLock::new(),
         }
     }
@@ -63,6 +63,17 @@ impl Equilibrium {
                 "there is no equilibrium to differentiate"
             };
             errors::error(py, "NoEquilibrium", text)
+        })
+    }
+
+    /// Margin to instability, and where the tip goes under the critical mode.
+    fn critical(&self) -> &(f64, Vector3<f64>) {
+        self.critical.get_or_init(|| {
+            let judged = self.shared.with(|robot, w| {
+                let own = stability(robot, w, &self.found)?;
+                Some((own.margin, own.tip_direction(robot, w, &self.found)))
+            });
+            judged.unwrap_or((f64::NAN, Vector3::repeat(f64::NAN)))
         })
     }
 
@@ -184,11 +195,12 @@ impl Equilibrium {
 
     #[getter]
     fn margin(&self) -> f64 {
-        *self.margin.get_or_init(|| {
-            self.shared
-                .with(|robot, w| stability(robot, w, &self.found))
-                .map_or(f64::NAN, |stability| stability.margin)
-        })
+        self.critical().0
+    }
+
+    #[getter]
+    fn critical_direction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        line(py, self.critical().1.iter().copied())
     }
 
     #[getter]

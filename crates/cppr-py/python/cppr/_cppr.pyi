@@ -234,6 +234,11 @@ class Equilibrium:
         """Margin to instability: 1 at rest, 0 where the robot snaps; NaN in the printed formulation."""
 
     @property
+    def critical_direction(self) -> _Floats:
+        """Where the tip goes, either way, under the softest motion, whose stiffness `margin` is: unit vector of the base
+        frame, zero where the tip stays; shape (3,)."""
+
+    @property
     def shape(self) -> Shape:
         """Fields at 101 sections from baseplate to tip."""
 

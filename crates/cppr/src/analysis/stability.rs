@@ -4,10 +4,11 @@
 //! edges. Loads that have no potential (follower loads, dead moments) enter with the symmetric part.
 
 use super::reduced::{Reduced, cholesky};
+use crate::dense::column;
 use crate::design::Robot;
 use crate::solve::system::{System, Workspace};
 use crate::solve::{Equilibrium, Formulation};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
 /// Lowest eigenvalue of the constrained tangent, its eigenvector, and how many are negative.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +21,37 @@ pub struct Stability {
     /// The motion that belongs to it, in the solver's coordinates, of largest entry 1.
     pub mode: Vec<f64>,
 }
+
+impl Stability {
+    /// Where the tip's centre goes under the mode: a unit vector of the base frame whose largest component is positive (the
+    /// mode goes either way), or zero where the mode leaves the tip in its place.
+    #[must_use]
+    pub fn tip_direction(
+        &self,
+        robot: &Robot,
+        workspace: &mut Workspace,
+        equilibrium: &Equilibrium,
+    ) -> Vector3<f64> {
+        equilibrium.refresh(robot, workspace);
+        workspace.pose_rows(robot, &equilibrium.layout);
+        let poses = &workspace.poses;
+        let last = &poses.shift[(poses.rotation.len() - 1) * 3 * poses.posed..];
+        let (mut shift, mut most) = (Vector3::zeros(), 0.0_f64);
+        for (i, share) in self.mode.iter().take(poses.posed).enumerate() {
+            let own = column(last, poses.posed, i) * *share;
+            shift += own;
+            most = most.max(own.norm());
+        }
+        // What cancels is rounding.
+        if shift.norm() <= STILL * most {
+            return Vector3::zeros();
+        }
+        shift.normalize() * shift[shift.icamax()].signum()
+    }
+}
+
+/// The tip stays where it moves by less than this part of what the largest share of the mode alone would move it.
+const STILL: f64 = 1e-9;
 
 /// Margin to instability, how many eigenvalues are negative and the motion of the lowest; `None` for the printed formulation, which
 /// is not the derivative of an energy, and where there is no equilibrium.

@@ -38,17 +38,19 @@ fn effort(efforts: &mut Efforts, input: usize) -> &mut f64 {
 }
 
 /// An equilibrium, as the plain program sees it.
-struct Plain<'a> {
+pub(super) struct Plain<'a> {
     setting: Setting<'a>,
     efforts: Efforts,
-    u: Vec<f64>,
+    pub u: Vec<f64>,
     /// Slope of the gradient by every input's effort: minus the slope of its motion.
     knobs: Vec<DVector<f64>>,
     /// Inputs whose motion is prescribed: their efforts are unknown, and so are those of the edges.
     unknown: Vec<usize>,
+    /// Second derivatives of 𝓛, the conditions that are kept beside and below.
+    pub matrix: DMatrix<f64>,
     tangent: LU<f64, Dyn, Dyn>,
     /// Twist of the tip by the coordinates, 6 × n.
-    twist: DMatrix<f64>,
+    pub twist: DMatrix<f64>,
 }
 
 /// Velocity of the centre and spin, from the dual parts of a pose.
@@ -60,7 +62,7 @@ fn rate_of((frame, centre): &Pose<Dual64>) -> [f64; 6] {
 }
 
 impl<'a> Plain<'a> {
-    fn new(robot: &'a Robot, found: &'a Equilibrium) -> Self {
+    pub fn new(robot: &'a Robot, found: &'a Equilibrium) -> Self {
         let setting = Setting {
             robot,
             layout: &found.layout,
@@ -110,7 +112,7 @@ impl<'a> Plain<'a> {
             let moved = ahead(&efforts, i);
             twist.column_mut(i).copy_from_slice(&rate_of(moved.ends.last().unwrap()));
         }
-        Self { setting, efforts, u, knobs, unknown, tangent: tangent.lu(), twist }
+        Self { setting, efforts, u, knobs, unknown, tangent: tangent.clone().lu(), matrix: tangent, twist }
     }
 
     /// Answer of coordinates and unknown efforts where the gradient changes by `load` and its slopes by the unknown efforts, the

@@ -7,6 +7,8 @@ mod check;
 mod check_parameters;
 #[cfg(test)]
 mod check_sensitivity;
+#[cfg(test)]
+mod check_stability;
 pub(crate) mod energy;
 mod gradient;
 mod hessian;
