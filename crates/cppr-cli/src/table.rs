@@ -79,7 +79,7 @@ pub fn table(
         // At rest all motions are alike.
         if margin < 1.0 - 1e-6 && direction.iter().any(|c| c.abs() > 0.0) {
             let way = direction.map(|c| format!("{:>10}", plain(c, 5))).join(" ");
-            line("softest: tip along", format!("{way} or against it"));
+            line("softest motion", format!("{way} of the tip, or against it"));
         }
     }
     let s = found.statistics;
