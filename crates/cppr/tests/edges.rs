@@ -6,7 +6,9 @@ mod common;
 use common::{converged, prototype, three_with_edges};
 use cppr::Vector3;
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_into};
+use cppr::solve::{
+    Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from, solve_into,
+};
 use cppr::statics::{Loads, Station, Wrench};
 
 const MM: f64 = 1e-3;
@@ -149,4 +151,36 @@ fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
         }
         converged(&robot, &mut workspace, &command, &settings);
     }
+}
+
+/// U − T Δa is 0 at rest: where the robot carries nothing else, a follower that is pulled by T > 0 stands at Δa > 0 in every
+/// equilibrium that goes before rest. A warm solve from a pushed pose must not take its edge, pressed against the plate, for one.
+#[test]
+fn no_tension_leaves_a_follower_pushed_or_at_the_plate() {
+    let settings = Settings::default();
+    let (mut found_some, mut workspace) = (0, Workspace::new());
+    for name in ["R1", "R2", "R3", "R4"] {
+        let robot = prototype(name, 1.25, BelowPlate::Plain);
+        for push in [-0.1, -1.0, -5.0, -20.0] {
+            let pushed = converged(&robot, &mut workspace, &Command::pull(&[push * MM]), &settings);
+            let mut least = 0.0;
+            for tension in [1.0, 10.0, 1e3, 1e6, 1e9] {
+                let mut command = Command::held(&robot);
+                command.actuators[0].push_pull = Drive::Effort(tension);
+                let warm = solve_from(&robot, &mut workspace, &command, &settings, &pushed).unwrap();
+                if warm.status.is_equilibrium() {
+                    found_some += 1;
+                    let motion = warm.actuators[0].motion;
+                    assert!(
+                        motion > least && warm.elastic_energy < tension * motion,
+                        "{name} {push} {tension}: {motion}"
+                    );
+                    least = motion;
+                } else {
+                    assert!(tension > 1e3, "{name} {push} {tension}");
+                }
+            }
+        }
+    }
+    assert!(found_some >= 4 * 4 * 3);
 }

@@ -8,7 +8,7 @@ use cppr::Vector3;
 use cppr::analysis::stability::stability;
 use cppr::analysis::{
     Bound, Freedom, Limit, Place, RangeProblem, SafeRange, SectionLimit, Shape, Teeth, euler_load, governing,
-    notch_capacities, safe_ranges, section_limits,
+    notch_capacities, safe_part, safe_ranges, section_limits,
 };
 use cppr::design::{BelowPlate, Inertia, Outline, Robot, TubeDesign};
 use cppr::solve::{Actuator, Command, Drive, Settings, Workspace};
@@ -245,6 +245,32 @@ fn an_unsafe_start_has_no_range() {
     let problem = safe_ranges(&robot, &mut workspace, &far, &Settings::default(), Teeth::Rigid).unwrap_err();
     let RangeProblem::Exceeded(nearest) = problem else { panic!("{problem:?}") };
     assert_eq!(nearest.limit, Limit::Strain);
+}
+
+/// Of one actuator alone, the safe part ends where its range does; of loads and motions together, where the limit is.
+#[test]
+fn the_safe_part_of_a_command_ends_at_its_first_limit() {
+    let robot = printed("R3", 1.25, BelowPlate::Plain);
+    let mut workspace = Workspace::new();
+    let settings = Settings::default();
+    let held = Command::held(&robot);
+    let range = safe_ranges(&robot, &mut workspace, &held, &settings, Teeth::Rigid).unwrap()[0];
+    for (pull, end) in [(14e-2, range.high), (-5e-2, range.low)] {
+        let part =
+            safe_part(&robot, &mut workspace, &Command::pull(&[pull]), &settings, Teeth::Rigid).unwrap();
+        assert!((part.value * pull - end.value).abs() < 1e-8 * LENGTH, "{part:?} {end:?}");
+    }
+    let mut far = Command::pull(&[9e-3]).with_loads(Loads::tip_force(Vector3::new(0.0, 0.1, 0.4)));
+    far.actuators[0].rotation = Drive::Motion(1.0);
+    let part = safe_part(&robot, &mut workspace, &far, &settings, Teeth::Rigid).unwrap();
+    assert!((0.05..0.95).contains(&part.value), "{part:?}");
+    let found = converged(&robot, &mut workspace, &far.scaled(part.value), &settings);
+    let sections = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    assert!((governing(&sections, None).unwrap().utilisation - 1.0).abs() < 1e-6);
+    // Nothing is met by a command that is safe as a whole.
+    let near =
+        safe_part(&robot, &mut workspace, &far.scaled(0.5 * part.value), &settings, Teeth::Rigid).unwrap();
+    assert_eq!((near.value, near.bound), (1.0, Bound::Open));
 }
 
 #[test]

@@ -124,7 +124,7 @@ pub fn safe_ranges(
             }
             let is_motion = matches!(drive, Drive::Motion(_));
             let input = Input { tube: follower + 2, freedom, is_motion };
-            let [low, high] = [-1.0, 1.0].map(|side| walk.end(&start, input, side));
+            let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
             if walk.workspace.is_stopped() {
                 return Err(RangeProblem::Stopped);
             }
@@ -132,6 +132,26 @@ pub fn safe_ranges(
         }
     }
     Ok(ranges)
+}
+
+/// How much of a command a robot can follow, applied from rest in small steps, all of it in proportion: the greatest part in
+/// [0, 1] up to which every limit is kept. At 0 it is at rest, which no limit forbids.
+///
+/// # Errors
+/// Where the command cannot be asked of the robot, and where the search was stopped.
+pub fn safe_part(
+    robot: &Robot,
+    workspace: &mut Workspace,
+    command: &Command,
+    settings: &Settings,
+    teeth: Teeth,
+) -> Result<RangeEnd, RangeProblem> {
+    command.check(robot, settings).map_err(RangeProblem::Command)?;
+    let rest = solve(robot, workspace, &command.scaled(0.0), settings).map_err(RangeProblem::Command)?;
+    let mut walk = Walk { robot, workspace, settings, teeth };
+    let start = walk.state(rest);
+    let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
+    if walk.workspace.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
 }
 
 /// The command with one input at another value.
@@ -175,13 +195,12 @@ impl Walk<'_> {
         State { nearest: governing(&sections, margin), found, tip }
     }
 
-    /// The state at a value, if it continues the one given.
-    fn next(&mut self, from: &State, input: Input, value: f64) -> Option<State> {
+    /// The state under a command, if it continues the one given.
+    fn next(&mut self, from: &State, command: &Command) -> Option<State> {
         if self.workspace.is_stopped() {
             return None;
         }
-        let command = with_input(&from.found.command, input, value);
-        let found = solve_from(self.robot, self.workspace, &command, self.settings, &from.found).ok()?;
+        let found = solve_from(self.robot, self.workspace, command, self.settings, &from.found).ok()?;
         // Load stepping starts at rest and may come out on another branch.
         if !found.status.is_equilibrium() || found.statistics.load_steps > 0 {
             return None;
@@ -206,15 +225,28 @@ impl Walk<'_> {
         }
     }
 
-    fn end(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
+    fn end_of_input(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
         let extent = self.extent(input);
-        let first = value_of(&start.found.command, input);
+        let command = &start.found.command;
+        let first = value_of(command, input);
         // A follower stays within its stroke, wherever it started.
         let last = if input.freedom == Freedom::PushPull && input.is_motion {
             side * extent
         } else {
             first + side * extent
         };
+        self.end(start, &|value| with_input(command, input, value), [first, last], side * extent)
+    }
+
+    /// Walks from the first value, where `start` is, to the last; `reach` gives the steps their size and side.
+    fn end(
+        &mut self,
+        start: &State,
+        command: &dyn Fn(f64) -> Command,
+        [first, last]: [f64; 2],
+        reach: f64,
+    ) -> RangeEnd {
+        let (side, extent) = (reach.signum(), reach.abs());
         let mut here = State { found: start.found.clone(), ..*start };
         let (mut at, mut step) = (first, FIRST * extent);
         loop {
@@ -222,12 +254,12 @@ impl Walk<'_> {
                 return RangeEnd { value: at, bound: Bound::Open };
             }
             let to = at + side * step.min(side * (last - at));
-            match self.next(&here, input, to) {
+            match self.next(&here, &command(to)) {
                 Some(state) if state.excess() < 0.0 => {
                     (here, at) = (state, to);
                     step = (1.5 * step).min(LONGEST * extent);
                 }
-                Some(state) => return self.refine(here, (at, to), state.excess(), input, extent),
+                Some(state) => return self.refine(here, (at, to), state.excess(), command, SHARP * extent),
                 None if step > SHORTEST * extent => step *= 0.5,
                 None => return RangeEnd { value: at, bound: Bound::BranchEnds },
             }
@@ -240,18 +272,18 @@ impl Walk<'_> {
         safe: State,
         (mut low, mut high): (f64, f64),
         mut above: f64,
-        input: Input,
-        extent: f64,
+        command: &dyn Fn(f64) -> Command,
+        sharp: f64,
     ) -> RangeEnd {
         let mut here = safe;
         let mut below = here.excess();
         let mut nearest = here.nearest;
         // Which end moved last.
         let mut moved = None;
-        while (high - low).abs() > SHARP * extent && here.excess() < -SHARP {
+        while (high - low).abs() > sharp && here.excess() < -SHARP {
             let share = (below / (below - above)).clamp(0.01, 0.99);
             let to = low + share * (high - low);
-            let Some(state) = self.next(&here, input, to) else {
+            let Some(state) = self.next(&here, &command(to)) else {
                 return RangeEnd { value: low, bound: Bound::BranchEnds };
             };
             let excess = state.excess();

@@ -54,6 +54,11 @@ impl fmt::Display for Status {
         match self {
             Self::Converged => write!(f, "converged, stable"),
             Self::Unstable => write!(f, "converged, unstable: the robot would snap to another shape"),
+            Self::NotConverged(Reason::PathEnds { fraction }) if *fraction <= 0.0 => write!(
+                f,
+                "not converged: applied step by step, not even the first small part of the command has an equilibrium. \
+                 The robot folds, collapses or cannot go there; ask for less"
+            ),
             Self::NotConverged(Reason::PathEnds { fraction }) => write!(
                 f,
                 "not converged: applied step by step, equilibria end at {:.1} % of the command. The robot folds, \

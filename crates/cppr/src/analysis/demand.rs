@@ -1,0 +1,186 @@
+//! How much a command asks of a robot: a mistaken unit shows here before it shows in a solve.
+//!
+//! Each load and each drive is measured by the angle through which it would bend or turn the robot, were the robot to
+//! answer as at rest and free at the tip. With EI and GJ the sums over all tubes halfway along the robot:
+//!
+//!   force F at X, arm r: (½ F X² + F r X)/EI     moment M at X: M X/EI     force per length q from a to b: q (b³ − a³)/(6 EI)
+//!   gravity g: g m L³/(6 EI)     tension T: T D L/EI     torque Υ: Υ L/GJ     pull Δa: Δa/D     turn Ω: Ω
+//!
+//! D is the distance between the centroid lines of follower and leader. These are sizes, not predictions.
+
+use crate::design::Robot;
+use crate::solve::{Command, Drive, Equilibrium};
+use crate::statics::Station;
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fmt;
+
+/// What of a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Asked {
+    /// The pull or push of a tube (m).
+    Pull(usize),
+    /// The tension of a tube (N).
+    Tension(usize),
+    /// The rotation of a tube (rad).
+    Rotation(usize),
+    /// The torque of a tube (N m).
+    Torque(usize),
+    /// The force on the tip (N).
+    TipForce,
+    /// The moment on the tip (N m).
+    TipMoment,
+    /// A force at label X (N).
+    Force(f64),
+    /// A moment at label X (N m).
+    Moment(f64),
+    /// A distributed force between two labels (N/m).
+    Distributed(f64, f64),
+    /// Gravity (m/s²).
+    Gravity,
+    /// The tension of a thread (N).
+    Thread,
+}
+
+/// One part of a command and its size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Which part.
+    pub asked: Asked,
+    /// Its magnitude (SI).
+    pub amount: f64,
+    /// Angle through which it would bend or turn the robot (rad).
+    pub angle: f64,
+    /// How much of it would bend or turn the robot by 90° (SI).
+    pub right_angle: f64,
+}
+
+impl Demand {
+    /// Beyond three turns nothing is meant as it stands.
+    const MOST: f64 = 3.0 * TAU;
+
+    /// Is this more than any robot of this stiffness is meant for?
+    #[must_use]
+    pub fn is_absurd(&self) -> bool {
+        self.angle > Self::MOST
+    }
+}
+
+/// The part of a command that asks most of a robot; `None` where nothing is asked.
+#[must_use]
+pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
+    let length = robot.length();
+    let middle: Vec<_> = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length)).collect();
+    let bending: f64 = middle.iter().map(|f| f.bending_z).sum();
+    let torsion: f64 = middle.iter().map(|f| f.torsion).sum();
+    let mass: f64 = middle.iter().map(|f| f.mass_per_length).sum();
+    let mut greatest: Option<Demand> = None;
+    let mut ask = |asked: Asked, amount: f64, per_unit: f64| {
+        let angle = amount.abs() * per_unit;
+        if angle > greatest.map_or(0.0, |g| g.angle) {
+            let right_angle = FRAC_PI_2 / per_unit;
+            greatest = Some(Demand { asked, amount: amount.abs(), angle, right_angle });
+        }
+    };
+    for (actuator, tube) in command.actuators.iter().zip(2..) {
+        let lever = middle[0].centroid_offset + middle[tube - 1].centroid_offset;
+        match actuator.push_pull {
+            Drive::Motion(pull) => ask(Asked::Pull(tube), pull, 1.0 / lever.max(f64::MIN_POSITIVE)),
+            Drive::Effort(tension) => ask(Asked::Tension(tube), tension, lever * length / bending),
+        }
+        match actuator.rotation {
+            Drive::Motion(turn) => ask(Asked::Rotation(tube), turn, 1.0),
+            Drive::Effort(torque) => ask(Asked::Torque(tube), torque, length / torsion),
+        }
+    }
+    for wrench in &command.loads.wrenches {
+        let (force, moment, at) = match wrench.station {
+            Station::Tip => (Asked::TipForce, Asked::TipMoment, length),
+            Station::Label(at) => (Asked::Force(at), Asked::Moment(at), at),
+        };
+        ask(force, length_of(&wrench.force), (0.5 * at + wrench.point.norm()) * at / bending);
+        ask(moment, length_of(&wrench.moment), at / bending);
+    }
+    for d in &command.loads.distributed {
+        ask(
+            Asked::Distributed(d.from, d.to),
+            length_of(&d.force),
+            (d.to.powi(3) - d.from.powi(3)) / (6.0 * bending),
+        );
+    }
+    if let Some(gravity) = command.loads.gravity {
+        ask(Asked::Gravity, length_of(&gravity), mass * length.powi(3) / (6.0 * bending));
+    }
+    for thread in &command.loads.threads {
+        ask(Asked::Thread, thread.tension, (0.5 * length + thread.point.norm()) * length / bending);
+    }
+    greatest
+}
+
+/// How a solve ended, in a sentence; where its command asks for what cannot be meant, with that.
+#[must_use]
+pub fn explained(robot: &Robot, found: &Equilibrium) -> String {
+    match greatest_demand(robot, &found.command).filter(Demand::is_absurd) {
+        Some(demand) => format!("{}. {demand}", found.status),
+        None => found.status.to_string(),
+    }
+}
+
+impl fmt::Display for Asked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pull(tube) => write!(f, "The pull of tube {tube}"),
+            Self::Tension(tube) => write!(f, "The tension of tube {tube}"),
+            Self::Rotation(tube) => write!(f, "The rotation of tube {tube}"),
+            Self::Torque(tube) => write!(f, "The torque of tube {tube}"),
+            Self::TipForce => write!(f, "The tip force"),
+            Self::TipMoment => write!(f, "The tip moment"),
+            Self::Force(at) => write!(f, "The force at {} mm", short(at * 1e3)),
+            Self::Moment(at) => write!(f, "The moment at {} mm", short(at * 1e3)),
+            Self::Distributed(from, to) => {
+                write!(f, "The distributed force from {} to {} mm", short(from * 1e3), short(to * 1e3))
+            }
+            Self::Gravity => write!(f, "Gravity"),
+            Self::Thread => write!(f, "The tension of the thread"),
+        }
+    }
+}
+
+impl fmt::Display for Demand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (factor, unit, does) = match self.asked {
+            Asked::Pull(_) => (1e3, "mm", "bends"),
+            Asked::Rotation(_) => (1.0_f64.to_degrees(), "deg", "turns"),
+            Asked::Torque(_) => (1e3, "N mm", "turns"),
+            Asked::TipMoment | Asked::Moment(_) => (1e3, "N mm", "bends"),
+            Asked::Distributed(..) => (1.0, "N/m", "bends"),
+            Asked::Gravity => (1.0, "m/s²", "bends"),
+            Asked::Tension(_) | Asked::TipForce | Asked::Force(_) | Asked::Thread => (1.0, "N", "bends"),
+        };
+        let Self { asked, amount, right_angle, .. } = self;
+        let (given, right) = (short(amount * factor), short(right_angle * factor));
+        if let Asked::Rotation(_) = asked {
+            return write!(f, "{asked} is {given} deg, {} turns. Check number and unit", short(amount / TAU));
+        }
+        write!(
+            f,
+            "{asked} is {given} {unit}; on this robot about {right} {unit} {does} by 90°. Check number and unit"
+        )
+    }
+}
+
+/// The norm, also of components whose squares overflow.
+fn length_of(v: &Vector3<f64>) -> f64 {
+    let greatest = v.amax();
+    if greatest > 0.0 { greatest * (v / greatest).norm() } else { 0.0 }
+}
+
+/// Two or three digits.
+fn short(value: f64) -> String {
+    if value.abs() >= 1e6 || (value.abs() < 1e-2 && value != 0.0) {
+        return format!("{value:.1e}");
+    }
+    let digits = if value.abs() < 10.0 { 2 } else { 0 };
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
