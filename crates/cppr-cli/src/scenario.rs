@@ -15,7 +15,9 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
     std::fs::File::open(path)
         // One byte more than allowed is enough to know that there are too many.
         .and_then(|file| file.take(scenario::LARGEST as u64 + 1).read_to_string(&mut text))
-        .map_err(|error| Failure::Input(format!("{shown}: the file cannot be read ({error})")))?;
+        .map_err(|error| {
+            Failure::Input(format!("{shown}: the file cannot be read ({error}). Check its name and folder"))
+        })?;
     Scenario::parse(&text).map_err(|problem| Failure::Input(format!("{shown}: {problem}")))
 }
 
@@ -30,5 +32,7 @@ pub fn apply(path: &Path, robot: &Path) -> Result<(Robot, Command, Settings), Fa
     let design = scenario.changed(file.design).map_err(all)?;
     let robot = Robot::new(design).map_err(|p| all(p.iter().map(ToString::to_string).collect()))?;
     let command = scenario.command(&robot).map_err(all)?;
-    Ok((robot, command, scenario.settings()))
+    let settings = scenario.settings();
+    command.check(&robot, &settings).map_err(|p| all(vec![p.to_string()]))?;
+    Ok((robot, command, settings))
 }

@@ -6,7 +6,7 @@
 use crate::cursor::Cursor;
 use crate::problems::Collector;
 use crate::profile_value::{Direction, Number, Spread, Written, read};
-use crate::quantity::{DEPTH, LENGTH, STIFFNESS, print, print_mm};
+use crate::quantity::{DEPTH, LEAST_WALL, LENGTH, STIFFNESS, print, print_mm};
 use crate::robot_file::NotchPattern;
 use cppr::design::{BelowPlate, Outline, Profile, Torsion};
 use toml::de::DeValue;
@@ -179,19 +179,25 @@ fn read_torsion(cursor: &Cursor<'_, '_>, length: Option<f64>, out: &mut Collecto
 /// Compares every depth with what there is to cut; true where all of them leave something.
 fn check_depths(written: &Written, outline: &Outline, out: &mut Collector) -> bool {
     let limit = outline.depth_limit();
-    let help = format!("Write a depth below {}, or leave notches out for an uncut tube.", print(limit * 1e3));
+    let help = |most: f64| {
+        format!("Write a depth below {}, or leave notches out for an uncut tube.", print(most * 1e3))
+    };
     let mut sound = true;
     let many = written.numbers.len() > 1;
     for (index, Number { value, span }) in
-        written.numbers.iter().enumerate().filter(|(_, n)| n.value >= limit)
+        written.numbers.iter().enumerate().filter(|(_, n)| n.value > limit - LEAST_WALL)
     {
         let key = if many { format!("{}, number {}", written.key, index + 1) } else { written.key.clone() };
-        let message = if *value > limit {
-            format!("{} is deeper than the tube is wide ({})", print_mm(*value), print_mm(limit))
+        let (message, most) = if *value > limit {
+            (format!("{} is deeper than the tube is wide ({})", print_mm(*value), print_mm(limit)), limit)
+        } else if *value < limit {
+            let least = print_mm(LEAST_WALL);
+            let message = format!("this leaves less of the tube than any robot has ({least})");
+            (message, limit - LEAST_WALL)
         } else {
-            format!("{} cuts the tube through: nothing is left", print_mm(*value))
+            (format!("{} cuts the tube through: nothing is left", print_mm(*value)), limit)
         };
-        out.wrong(span.clone(), key, message, help.clone());
+        out.wrong(span.clone(), key, message, help(most));
         sound = false;
     }
     if let (Spread::Constant, [number]) = (&written.spread, written.numbers.as_slice())
@@ -213,7 +219,7 @@ fn check_curve(written: &Written, depth: &Profile, outline: &Outline, length: f6
     let worst = (0..=SAMPLES)
         .map(|i| length * f64::from(i) / f64::from(SAMPLES))
         .map(|x| (x, depth.eval(x, length)[0]))
-        .find(|(_, value)| !(*value >= 0.0 && *value < outline.depth_limit()));
+        .find(|(_, value)| !(*value >= 0.0 && *value < outline.depth_limit() - LEAST_WALL));
     if let Some((x, value)) = worst {
         let message = format!("the curve through these depths is {} at x = {}", print_mm(value), print_mm(x));
         let help = format!(

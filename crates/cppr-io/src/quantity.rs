@@ -56,6 +56,8 @@ pub(crate) struct Quantity {
 }
 
 const POSITIVE: Sign = Sign::Positive;
+/// Less than this (m) no cut or bore leaves of a tube: a micrometre is a tenth of what lasers and printers can do.
+pub const LEAST_WALL: f64 = 1e-6;
 const LENGTH_SLIP: &str = "Is it in another unit? Write it in millimetres.";
 const MODULUS_SLIP: &str = "Is it in another unit? Write it in gigapascals, such as 5.39 for 5390 MPa.";
 const STIFFNESS_SLIP: &str = "Is it in another unit? 1 N m² is 1000000 N mm², and 1 N cm² is 100 N mm².";

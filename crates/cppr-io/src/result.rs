@@ -7,7 +7,7 @@
 #![allow(non_snake_case)]
 
 use crate::result_format::Lines;
-use cppr::analysis::{Section, Shape, TubeSection};
+use cppr::analysis::{Section, Shape, TubeSection, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
@@ -41,6 +41,9 @@ pub struct ResultRecord {
     pub status_text: String,
     /// What the solve cost.
     pub statistics: StatisticsRecord,
+    /// Where the pose is beyond a limit of the robot, which, where, and how much of the command is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit_exceeded: Option<serde_json::Value>,
     /// Its keys follow those above; none of them where the status is `not_converged`.
     #[serde(flatten)]
     pub solution: Option<SolutionRecord>,
@@ -183,6 +186,8 @@ pub struct SolutionRecord {
     pub tip_rotation: [[f64; 3]; 3],
     /// One per follower, tube 2 first.
     pub actuators: Vec<ActuatorRecord>,
+    /// Angles by which the centreline turns, added up along it.
+    pub total_bend_rad: f64,
     /// Of all tubes.
     pub elastic_energy_J: f64,
     /// 1 at rest, 0 where the robot snaps, below where it is unstable; null in the printed formulation, which is
@@ -277,6 +282,7 @@ impl ResultRecord {
                 tip_position_m: tip.centre.into(),
                 tip_rotation: rows(&tip.rotation),
                 actuators: actuators(found),
+                total_bend_rad: total_bend(found),
                 elastic_energy_J: found.elastic_energy,
                 margin_to_instability: margin,
                 critical_tip_direction: direction,
@@ -309,6 +315,7 @@ impl ResultRecord {
                 load_steps: found.statistics.load_steps,
                 largest_scaled_residual: found.residual,
             },
+            limit_exceeded: None,
             solution: None,
         }
     }

@@ -191,7 +191,9 @@ impl Scenario {
         if text.len() > LARGEST {
             return Err("a scenario of more than 64 KiB: is it another file?".into());
         }
-        toml::from_str(text).map_err(|e| e.to_string().trim_end().to_string())
+        let people =
+            |message: &str| message.trim_end().replace("expected usize", "expected the number of a tube");
+        toml::from_str(text).map_err(|e| people(&e.to_string()))
     }
 
     /// The scenario as the text of a file, for [`Scenario::parse`].

@@ -4,7 +4,7 @@ use crate::cursor::Cursor;
 use crate::material::{Common, Written};
 use crate::notches::{Notches, read_notches};
 use crate::problems::Collector;
-use crate::quantity::{BORE, FACTOR, RADIUS, print, print_mm};
+use crate::quantity::{BORE, FACTOR, LEAST_WALL, RADIUS, print, print_mm};
 use crate::robot_file::TubeFile;
 use crate::stiffness::read_stiffness;
 use cppr::design::{BelowPlate, NotchedTube, Outline, Profile, Torsion, TubeDesign};
@@ -163,6 +163,17 @@ fn read_outline(
         let message =
             format!("{} leaves no wall in a tube of outer radius {}", print_mm(inner), print_mm(outer));
         entry.wrong(message, format!("Write a radius below {}.", print(outer * 1e3)), out);
+        return None;
+    }
+    if outer - inner < LEAST_WALL {
+        let entry = cursor.get("inner_radius_mm")?;
+        let message = format!(
+            "{} in a tube of outer radius {} leaves a thinner wall than any robot has ({})",
+            print_mm(inner),
+            print_mm(outer),
+            print_mm(LEAST_WALL)
+        );
+        entry.wrong(message, format!("Write a radius below {}.", print((outer - LEAST_WALL) * 1e3)), out);
         return None;
     }
     if let Some(length) = length {

@@ -181,11 +181,21 @@ fn geometry_that_cannot_be() {
     );
     expect("inner_radius_mm = 2.0", "inner_radius_mm = 3.0", &["leaves no wall", "below 3.0"]);
     expect(
+        "inner_radius_mm = 2.0",
+        "inner_radius_mm = 2.9999999",
+        &["thinner wall than any robot has (0.001 mm)", "below 2.999"],
+    );
+    expect(
         "depth_mm = 5.0",
         "depth_mm = 9.3",
         &["9.3 mm is deeper than the tube is wide (6.0 mm)", "below 6.0"],
     );
     expect("depth_mm = 5.0", "depth_mm = 6.0", &["cuts the tube through", "below 6.0"]);
+    expect(
+        "depth_mm = 5.0",
+        "depth_mm = 5.9999999",
+        &["leaves less of the tube than any robot has (0.001 mm)", "below 5.999"],
+    );
     expect("depth_mm = 5.0", "depth_mm = [5.0, 7.0]", &["notches.depth_mm, number 2: 7.0 mm is deeper"]);
 }
 
