@@ -3,10 +3,10 @@
 use crate::Failure;
 use crate::quantity::{ForTube, Kind, for_tube, scalar, vector};
 use cppr::Vector3;
-use cppr::analysis::Shape;
+use cppr::analysis::{Shape, explained};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Formulation, Settings};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr_io::RobotFile;
 use std::path::Path;
@@ -280,6 +280,11 @@ impl CommandArgs {
         loads.threads = self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect();
         loads
     }
+}
+
+/// That a solve found nothing, and what of its command may be mistaken.
+pub fn no_equilibrium(robot: &Robot, found: &Equilibrium) -> Failure {
+    Failure::NoEquilibrium(format!("{}: {}", robot.design().name, explained(robot, found)))
 }
 
 /// Refuses a shape whose tip lies on a pulley: there the thread has no direction.

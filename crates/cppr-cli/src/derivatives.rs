@@ -1,7 +1,7 @@
 //! `cppr derivatives`: how tip and efforts answer to actuators, loads and any number of the robot file.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::command::{CommandArgs, no_equilibrium, read_robot};
 use crate::free::{efforts_json, name, unit};
 use crate::output::{self, report, write_or_print};
 use crate::table::plain;
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = solve(&robot, &mut workspace, &command, &args.command.settings())
         .map_err(|p| Failure::Input(p.to_string()))?;
     if !found.status.is_equilibrium() {
-        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+        return Err(no_equilibrium(&robot, &found));
     }
     let exact = sensitivity(&robot, &mut workspace, &found).ok_or_else(|| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())

@@ -1,7 +1,7 @@
 //! `cppr export`: tubes as files for printing, cutting and display.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot, thread_has_direction};
+use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
 use crate::output::{self, is_stdout, print};
 use crate::quantity::{Kind, scalar};
 use cppr::analysis::Shape;
@@ -258,7 +258,7 @@ fn assembly(
     let mut workspace = Workspace::new();
     let found = solve(robot, &mut workspace, &command, &args.command.settings()).map_err(input)?;
     if !found.status.is_equilibrium() {
-        return Err(Failure::NoEquilibrium(format!("{}: {}", file.design.name, found.status)));
+        return Err(no_equilibrium(robot, &found));
     }
     thread_has_direction(&found.command.loads, &Shape::sampled(robot, &mut workspace, &found, 2))?;
     let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));

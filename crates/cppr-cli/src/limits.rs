@@ -1,7 +1,8 @@
 //! `cppr limits`: how far each actuator may go, and how near a pose is to the limits of every notch.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::command::{CommandArgs, no_equilibrium, read_robot};
+use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::table::{millimetres, plain};
@@ -76,11 +77,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found =
         solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
     if !found.status.is_equilibrium() {
-        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+        return Err(no_equilibrium(&robot, &found));
     }
     let sections = section_limits(&robot, &mut workspace, &found, teeth);
     let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
-    let ranges = safe_ranges(&robot, &mut workspace, &command, &settings, teeth).map_err(|p| p.to_string());
+    let ranges = match Exceeded::of(&robot, &mut workspace, &found, teeth) {
+        Some(exceeded) => Err(exceeded.text()),
+        None => safe_ranges(&robot, &mut workspace, &command, &settings, teeth).map_err(|p| p.to_string()),
+    };
     let notches = notch_capacities(&robot, teeth);
     let report = Report { robot, teeth, found, sections, margin, ranges, notches };
     if (csv.is_some() || plot.is_some()) && report.sections.is_empty() {
@@ -380,7 +384,8 @@ fn section_json(s: &SectionLimit) -> Value {
     })
 }
 
-fn governing_json(g: &Governing) -> Value {
+/// The nearest limit, for JSON.
+pub fn governing_json(g: &Governing) -> Value {
     json!({ "limit": limit(g.limit), "utilisation": g.utilisation, "section": g.section.as_ref().map(section_json) })
 }
 

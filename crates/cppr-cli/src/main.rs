@@ -9,6 +9,7 @@ mod command;
 mod continuation;
 mod continuation_figure;
 mod derivatives;
+mod exceeded;
 mod export;
 mod figure;
 mod free;

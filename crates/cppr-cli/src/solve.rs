@@ -1,12 +1,13 @@
 //! `cppr solve`: the equilibrium of a robot.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot, thread_has_direction};
+use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
+use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::scenario;
 use crate::table::table;
-use cppr::analysis::{Shape, stability::stability};
+use cppr::analysis::{Shape, Teeth, stability::stability};
 use cppr::solve::{Workspace, solve};
 use cppr_io::result::ResultRecord;
 use cppr_io::result_csv;
@@ -30,7 +31,8 @@ Examples:
   cppr solve robots/childs3.toml --scenario examples/scenario.toml
 
 Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g. Base frame: the robot
-at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X.
+at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X;
+where the bends along the robot add up to another, that follows.
 Exit codes: 0 solved (also where the equilibrium is unstable: the table says so), 2 wrong input,
 3 no equilibrium found.";
 
@@ -80,15 +82,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(path) = json {
             write_json(path, &ResultRecord::status_only(&robot, &found))?;
         }
-        return Err(Failure::NoEquilibrium(format!("{}: {}", robot.design().name, found.status)));
+        return Err(match (no_equilibrium(&robot, &found), &args.scenario) {
+            (Failure::NoEquilibrium(why), Some(path)) => {
+                Failure::NoEquilibrium(format!("{}: {why}", path.display()))
+            }
+            (failure, _) => failure,
+        });
     }
     let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
     thread_has_direction(&found.command.loads, &shape)?;
     let stability = stability(&robot, &mut workspace, &found);
     let margin = stability.as_ref().map(|s| s.margin);
     let direction = stability.map(|s| s.tip_direction(&robot, &mut workspace, &found).into());
+    let exceeded = Exceeded::of(&robot, &mut workspace, &found, Teeth::Rigid);
     if let Some(path) = json {
-        write_json(path, &ResultRecord::new(&robot, &found, &shape, margin, direction))?;
+        let mut record = ResultRecord::new(&robot, &found, &shape, margin, direction);
+        record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
+        write_json(path, &record)?;
     }
     if let Some(path) = csv {
         write_or_print(path, &result_csv::csv(&shape))?;
@@ -97,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let drawn = figure::shape(&robot, &mut workspace, &found, args.samples as usize)?;
         figure::write(path, format, &drawn)?;
     }
-    let text = table(&robot, &found, &shape, margin.zip(direction), time);
+    let text = table(&robot, &found, &shape, margin.zip(direction), exceeded.as_ref(), time);
     if [json, csv].into_iter().flatten().any(is_stdout) {
         note(&text);
         Ok(())

@@ -1,6 +1,7 @@
 //! The short table that a person reads.
 
-use cppr::analysis::Shape;
+use crate::exceeded::Exceeded;
+use cppr::analysis::{Demand, Shape, greatest_demand, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Status};
@@ -30,12 +31,16 @@ pub fn millimetres(length: f64) -> String {
     format!("{}", (length * 1e9).round() * 1e-6)
 }
 
-/// Name, status, tip, efforts, margin with the direction in which the tip would go, cost.
+/// Bends that differ by less (deg) read the same.
+const SAME_BEND: f64 = 5e-3;
+
+/// Name, status, tip, efforts, margin with the direction in which the tip would go, limits exceeded, cost.
 pub fn table(
     robot: &Robot,
     found: &Equilibrium,
     shape: &Shape,
     margin: Option<(f64, [f64; 3])>,
+    exceeded: Option<&Exceeded>,
     time: Duration,
 ) -> String {
     let mut text = String::new();
@@ -60,7 +65,13 @@ pub fn table(
         let direction = tip.rotation.column(0);
         line("tip direction", three([direction.x, direction.y, direction.z], 5));
         let bend = direction.y.hypot(direction.z).atan2(direction.x).to_degrees();
-        line("bend angle", format!("{:>10} deg", plain(bend, 3)));
+        let total = total_bend(found).to_degrees();
+        let along = if (total - bend).abs() < SAME_BEND {
+            String::new()
+        } else {
+            format!(" between tip and base, {} deg along the robot", plain(total, 3))
+        };
+        line("bend angle", format!("{:>10} deg{along}", plain(bend, 3)));
     }
     for (f, a) in found.actuators.iter().enumerate() {
         let name = format!("tube {}", f + 2);
@@ -93,6 +104,12 @@ pub fn table(
     line("cost", format!("{}{steps}, {time}", counted(s.iterations, "Newton step")));
     if found.status == Status::Unstable {
         line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
+    }
+    if let Some(exceeded) = exceeded {
+        line("warning", exceeded.text());
+    }
+    if let Some(demand) = greatest_demand(robot, &found.command).filter(Demand::is_absurd) {
+        line("warning", demand.to_string());
     }
     let tubes = counted(robot.tube_count(), "tube");
     format!("{}: {tubes}, {} mm\n{text}", robot.design().name, millimetres(robot.length()))

@@ -85,7 +85,8 @@ fn the_keys_of_schema_1() {
     assert_eq!(
         keys(&result),
         "actuators command cppr_version critical_tip_direction elastic_energy_J formulation margin_to_instability \
-         resolution robot schema schema_version sections statistics status status_text tip_position_m tip_rotation"
+         resolution robot schema schema_version sections statistics status status_text tip_position_m tip_rotation \
+         total_bend_rad"
     );
     assert_eq!(keys(&result["actuators"][0]), "pull_m rotation_rad tension_N torque_Nm tube");
     assert_eq!(keys(&result["command"]["actuators"][0]), "rotation_rad tension_N tube");
@@ -99,6 +100,80 @@ fn the_keys_of_schema_1() {
         "abscissa_m axial_force_N centroid_m curvature_y_1_m curvature_z_1_m face_to_face_rate moment_y_Nm \
          moment_z_Nm rotation shear_y_N shear_z_N stretch torque_Nm twist_rad_m"
     );
+}
+
+/// Notches bend on in the mechanics after their teeth have met. What is said to be safe is so, and no more is.
+#[test]
+fn beyond_the_limits_of_notches_there_is_a_warning() {
+    let solved =
+        |pull: &str| json(&["solve", "robots/r1.toml", "--pull", pull, "--samples", "2", "--json", "-"]);
+    for (pull, verb, far) in
+        [("140mm", "pulled", 0.14), ("0.14m", "pulled", 0.14), ("-40mm", "pushed", -0.04)]
+    {
+        let output = cppr(&["solve", "robots/r1.toml", "--pull", pull]);
+        let table = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "an equilibrium it is: {table}");
+        let warning = table.lines().find(|line| line.contains("% of what is allowed")).expect("a warning");
+        let beyond = solved(pull);
+        let told = &beyond["limit_exceeded"];
+        assert!(warning.contains(told["text"].as_str().unwrap()), "{warning}");
+        assert_eq!(told["governing"]["limit"], "strain");
+        assert!(told["governing"]["utilisation"].as_f64().unwrap() > 4.0);
+        assert!(told["governing"]["section"]["notch"].is_i64());
+        let safe = told["safe_part"].as_f64().unwrap() * far;
+        assert!(warning.ends_with(&format!("tube 2 {verb} by {:.3} mm", safe.abs() * 1e3)), "{warning}");
+        for (share, within) in [(0.999, true), (1.001, false)] {
+            let result = solved(&format!("{}m", share * safe));
+            assert_eq!(result.get("limit_exceeded").is_none(), within, "{share} of {safe} m");
+        }
+    }
+    let both = cppr(&["solve", "robots/r1.toml", "--pull", "12mm", "--rotate", "50deg"]);
+    assert!(text(&both.stdout).contains("% of this command"), "{}", text(&both.stdout));
+    let limits = text(&cppr(&["limits", "robots/r1.toml", "--pull", "40mm"]).stdout);
+    assert!(
+        limits.contains("no safe range: tube 2 notch") && limits.contains("pulled by 7.684 mm"),
+        "{limits}"
+    );
+}
+
+#[test]
+fn the_bend_goes_on_beyond_half_a_turn() {
+    let table = |pull: &str| text(&cppr(&["solve", "robots/r1.toml", "--pull", pull]).stdout);
+    assert!(!table("5mm").contains("along the robot"));
+    let far = table("40mm");
+    // More than half a turn: what both angles have in common is the tip's direction.
+    let line = far.lines().find(|line| line.contains("bend angle")).unwrap();
+    let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [tip, along] = numbers[..] else { panic!("{line}") };
+    assert!(along > 360.0 && (tip.to_radians().cos() - along.to_radians().cos()).abs() < 1e-4, "{line}");
+}
+
+#[test]
+fn a_mistaken_unit_is_named() {
+    for (arguments, code, words) in [
+        (
+            ["--tension", "1e9N"],
+            3,
+            "The tension of tube 2 is 1.0e9 N; on this robot about 4.78 N bends by 90°",
+        ),
+        (["--tip-force", "0,1e9,0N"], 3, "The tip force is 1.0e9 N"),
+        (["--tip-force", "1e9,0,0N"], 0, "The tip force is 1.0e9 N"),
+        (["--torque", "1e6Nm"], 3, "The torque of tube 2 is 1.0e9 N mm"),
+        (["--distributed", "0..100mm:0,-1e9,0N/m"], 3, "The distributed force from 0 to 100 mm is 1.0e9 N/m"),
+        (["--point-force", "60mm:0,1e9,0N"], 3, "The force at 60 mm is 1.0e9 N"),
+        (["--thread", "1e9N:150,-24,0mm"], 3, "The tension of the thread is 1.0e9 N"),
+        (["--gravity", "0,0,-1e6m/s2"], 0, "Gravity is 1.0e6 m/s²"),
+        (["--pull", "140mm"], 0, "The pull of tube 2 is 140 mm"),
+    ] {
+        let output = cppr(&[&["solve", "robots/r1.toml"][..], &arguments[..]].concat());
+        let message = text(&output.stdout) + &text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+        assert!(
+            message.contains(words) && message.contains("Check number and unit"),
+            "{arguments:?}: {message}"
+        );
+        assert!(!message.contains("0.0 %"), "{message}");
+    }
 }
 
 #[test]
@@ -557,7 +632,13 @@ fn wrong_scenarios_are_refused() {
         ("[[actuator]]\ntube = 2\nrotate_deg = 1\ntorque_Nmm = 2", "rotate_deg or torque_Nmm, not both"),
         ("[[actuator]]\ntube = 1", "tube 1 is no follower"),
         ("[[actuator]]\ntube = 2\n[[actuator]]\ntube = 2", "tube 2 is given twice"),
-        ("[[actuator]]\ntube = 2\npull_mm = nan", "not finite"),
+        (
+            "[[actuator]]\ntube = 2\npull_mm = nan",
+            "state.toml: the actuator of tube 2 is given a value that is not finite",
+        ),
+        ("[[actuator]]\ntube = nan", "expected the number of a tube"),
+        ("[tip]\nforce_N = [0, inf, 0]", "state.toml: a wrench has a component"),
+        ("[[point_force]]\nat_mm = 1000\nforce_N = [0, 1, 0]", "state.toml: a load acts at 1000.000 mm"),
         ("[[actuator]]\ntube = 2\npull_mm = 5000", "Check the unit"),
         ("[[notches]]\ntube = 1\ndeeper_mm = 50", "leaves nothing of a tube"),
         ("[[notches]]\ntube = 1\ndeeper_mm = nan", "deeper_mm is NaN"),

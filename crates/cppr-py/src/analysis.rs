@@ -9,7 +9,7 @@ use crate::watch::analysed;
 use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing, trace_from};
 use cppr::analysis::{
     Bound as Why, Freedom, Governing, Input, Limit, Place, RangeEnd, SectionLimit, Teeth, governing,
-    safe_ranges, section_limits, stability::stability,
+    safe_part, safe_ranges, section_limits, stability::stability,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
@@ -100,6 +100,19 @@ pub fn ranges<'py>(
         (means, tube, r.start, end(py, &r.low)?, end(py, &r.high)?).into_pyobject(py)
     });
     PyList::new(py, list.collect::<PyResult<Vec<_>>>()?)
+}
+
+/// The fields of `RangeEnd`.
+#[pyfunction]
+pub fn part<'py>(
+    py: Python<'py>,
+    equilibrium: PyRef<'py, Equilibrium>,
+    teeth: &str,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let teeth = self::teeth(py, teeth)?;
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let part = analysed(py, |w| safe_part(&shared.robot, w, &found.command, &found.settings, teeth))?;
+    end(py, &part.map_err(|problem| errors::command(py, problem))?)
 }
 
 /// The path from an equilibrium towards other actuator values or another load factor; fields of `Branch`, one dict each.

@@ -3,7 +3,7 @@
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table};
 use crate::robot::{Robot, Shared};
 use crate::{analysis, command, errors};
-use cppr::analysis::{Section, Sensitivity, sensitivity, shape, stability::stability};
+use cppr::analysis::{Section, Sensitivity, sensitivity, shape, stability::stability, total_bend};
 use cppr::solve::{ActuatorState, Status};
 use cppr::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
@@ -141,6 +141,11 @@ impl Equilibrium {
     #[getter]
     fn elastic_energy(&self) -> f64 {
         self.found.elastic_energy
+    }
+
+    #[getter]
+    fn total_bend(&self) -> f64 {
+        total_bend(&self.found)
     }
 
     #[getter]

@@ -92,12 +92,12 @@ pub fn robot_list(py: Python<'_>, list: Vec<Listed>) -> PyErr {
 }
 
 /// A `NoEquilibrium` with the last iterate.
-pub fn no_equilibrium(py: Python<'_>, status: Status, iterate: Bound<'_, PyAny>) -> PyErr {
+pub fn no_equilibrium(py: Python<'_>, status: Status, why: &str, iterate: Bound<'_, PyAny>) -> PyErr {
     let fraction = match status {
         Status::NotConverged(Reason::PathEnds { fraction }) => fraction,
         _ => 0.0,
     };
-    match class(py, "NoEquilibrium").and_then(|class| class.call1((status.to_string(), fraction, iterate))) {
+    match class(py, "NoEquilibrium").and_then(|class| class.call1((why, fraction, iterate))) {
         Ok(value) => PyErr::from_value(value),
         Err(error) => error,
     }

@@ -34,6 +34,7 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(calibrate::calibrate, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::limits, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::ranges, m)?)?;
+    m.add_function(wrap_pyfunction!(analysis::part, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::trace, m)?)?;
     m.add_function(wrap_pyfunction!(inverse::reach, m)?)?;
     m.add_function(wrap_pyfunction!(inverse::match_shape, m)?)?;

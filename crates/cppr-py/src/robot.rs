@@ -5,6 +5,7 @@ use crate::command::Asked;
 use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
 use crate::errors;
+use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{Workspace, solve, solve_from};
 use cppr_io::robot_file;
@@ -178,11 +179,11 @@ impl Robot {
         });
         let found = found.map_err(|problem| errors::refused(py, &problem))?;
         let status = found.status;
+        let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &found));
         let found = Equilibrium::new(Arc::clone(&self.shared), found).into_pyobject(py)?;
-        if status.is_equilibrium() {
-            Ok(found)
-        } else {
-            Err(errors::no_equilibrium(py, status, found.into_any()))
+        match why {
+            None => Ok(found),
+            Some(why) => Err(errors::no_equilibrium(py, status, &why, found.into_any())),
         }
     }
 

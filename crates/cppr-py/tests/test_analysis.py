@@ -54,6 +54,17 @@ def test_safe_ranges_end_at_a_limit() -> None:
     assert at.limit == pull.high.limit.limit
     with pytest.raises(cppr.CommandError, match="exceeded already"):
         robot.solve(pull=1.2 * pull.high.value).safe_ranges()
+    part = robot.solve(pull=1.25 * pull.high.value).safe_part()
+    assert part.value == pytest.approx(0.8, abs=1e-7) and part.bound == "limit" and part.limit is not None
+    assert robot.solve(pull=0.5 * pull.high.value).safe_part() == (1.0, "open", None)
+
+
+def test_the_bend_goes_on_beyond_half_a_turn(r3: cppr.Robot) -> None:
+    robot = uniform()
+    eq = robot.solve(pull=5e-3)
+    assert eq.total_bend == pytest.approx(np.linalg.norm(eq.shape.curvature[0]) * robot.length, rel=1e-9)
+    far = r3.solve(pull=30e-3)
+    assert far.total_bend > np.pi > np.arccos(far.tip_rotation[0, 0])
 
 
 def test_a_path_without_folds_is_a_row_of_solves(r3: cppr.Robot) -> None:

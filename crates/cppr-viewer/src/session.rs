@@ -8,7 +8,7 @@ use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::message::{self, SECTIONS};
 use axum::extract::ws::Message;
-use cppr::analysis::{SectionLimit, Shape, Teeth, section_limits, stability::stability};
+use cppr::analysis::{SectionLimit, Shape, Teeth, explained, section_limits, stability::stability};
 use cppr::design::{DesignProblem, Robot};
 use cppr::solve::{Equilibrium, Status, Workspace, solve_into};
 use cppr_io::scenario::NotchChange;
@@ -242,7 +242,7 @@ impl Session {
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
         if !found.status.is_equilibrium() {
             model.good = Some(before);
-            return refuse("not_converged", &[found.status.to_string()], send);
+            return refuse("not_converged", &[explained(robot, &found)], send);
         }
         let shape = Shape::sampled(robot, &mut self.workspace, &found, SECTIONS);
         let margin = stability(robot, &mut self.workspace, &found).map(|s| s.margin);

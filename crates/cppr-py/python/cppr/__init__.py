@@ -55,6 +55,7 @@ deg = math.pi / 180
 for _class, _method in (
     (Robot, _many.solve_many),
     (Equilibrium, _analysis.limits),
+    (Equilibrium, _analysis.safe_part),
     (Equilibrium, _analysis.safe_ranges),
     (Equilibrium, _analysis.continue_path),
     (Equilibrium, _inverse.reach),

@@ -149,6 +149,12 @@ def safe_ranges(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "r
     )
 
 
+def safe_part(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> RangeEnd:
+    """How much of the equilibrium's command, applied from rest in proportion, keeps all limits: `value` from 0 to 1 (all)."""
+    value, bound, limit = _cppr.part(self, teeth)
+    return RangeEnd(value, bound, _governing(limit))
+
+
 def continue_path(
     self: _cppr.Equilibrium,
     pull: PerTubeNumber = None,

@@ -9,7 +9,7 @@ from pandas import DataFrame
 from typing_extensions import TypeAlias
 from xarray import Dataset
 
-from ._analysis import Branch, Limits, PerTubeNumber, SafeRange
+from ._analysis import Branch, Limits, PerTubeNumber, RangeEnd, SafeRange
 from ._design import Settings, TubeLike
 from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import Load, VectorLike
@@ -26,6 +26,7 @@ __all__ = [
     "section",
     "calibrate",
     "limits",
+    "part",
     "ranges",
     "trace",
     "reach",
@@ -187,6 +188,10 @@ class Equilibrium:
         """Of all tubes (J)."""
 
     @property
+    def total_bend(self) -> float:
+        """Total curvature of the centreline (rad): goes on beyond half a turn; greater than the angle of the tip where bends differ."""
+
+    @property
     def residual(self) -> float:
         """Largest scaled residual (-)."""
 
@@ -250,6 +255,9 @@ class Equilibrium:
 
         `teeth` are "rigid" (the notches take all bending: safe) or "bending" (as the notches do: the least there can be).
         """
+
+    def safe_part(self, teeth: Literal["rigid", "bending"] = "rigid") -> RangeEnd:
+        """How much of the command, applied from rest in proportion, keeps all limits: `value` from 0 to 1 (all)."""
 
     def safe_ranges(self, teeth: Literal["rigid", "bending"] = "rigid") -> tuple[SafeRange, ...]:
         """How far each actuator may go from here while the others and the loads stay.
@@ -405,6 +413,7 @@ def section(
 ) -> tuple[float, float, float, float, float, float]: ...
 def calibrate(robots: Sequence[Robot], table: str, parameters: Sequence[str]) -> dict[str, Any]: ...
 def limits(equilibrium: Equilibrium, teeth: str) -> tuple[list[tuple[Any, ...]], Any]: ...
+def part(equilibrium: Equilibrium, teeth: str) -> tuple[Any, Any, Any]: ...
 def ranges(equilibrium: Equilibrium, teeth: str) -> list[tuple[Any, ...]]: ...
 def trace(
     equilibrium: Equilibrium,

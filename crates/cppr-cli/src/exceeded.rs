@@ -1,0 +1,72 @@
+//! What a pose asks beyond the limits of the robot, which the mechanics does not know: it bends notches on after their teeth have met.
+
+use crate::limits;
+use crate::table::plain;
+use cppr::analysis::{Governing, Limit, Teeth, governing, safe_part, section_limits};
+use cppr::design::Robot;
+use cppr::solve::{Command, Drive, Equilibrium, Workspace};
+use serde_json::{Value, json};
+
+/// The limit of a notch or section that a pose exceeds most.
+pub struct Exceeded {
+    limit: Governing,
+    /// Greatest part of the command, from rest, that keeps all limits.
+    safe: f64,
+    command: Command,
+}
+
+impl Exceeded {
+    /// `None` within all limits. Stability is for the status to tell.
+    pub fn of(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium, teeth: Teeth) -> Option<Self> {
+        let sections = section_limits(robot, workspace, found, teeth);
+        let limit = governing(&sections, None).filter(|worst| worst.utilisation > 1.0)?;
+        let command = found.command.clone();
+        let safe = safe_part(robot, workspace, &command, &found.settings, teeth).ok()?.value;
+        Some(Self { limit, safe, command })
+    }
+
+    /// In a sentence.
+    pub fn text(&self) -> String {
+        let place = self.limit.section.as_ref().map_or(String::new(), limits::place);
+        let used = plain(100.0 * self.limit.utilisation, 0);
+        let what = match (self.limit.limit, &self.limit.section) {
+            (Limit::Strain, Some(section)) => {
+                let strain = plain(100.0 * section.strain, 1);
+                format!("{place} would be strained by {strain} %, {used} % of what is allowed")
+            }
+            _ => format!("{place} would close by {used} %, but its teeth touch at 100 %"),
+        };
+        format!("{what}; all limits are kept up to {}", self.safe())
+    }
+
+    /// The value of a command that has no other, or a part of the whole.
+    fn safe(&self) -> String {
+        let drives = self.command.actuators.iter().zip(2..);
+        let only: Vec<(usize, bool, Drive)> = drives
+            .flat_map(|(actuator, tube)| [(tube, false, actuator.push_pull), (tube, true, actuator.rotation)])
+            .filter(|(.., drive)| drive.value().abs() > 0.0)
+            .collect();
+        let (true, &[(tube, turns, drive)]) = (self.command.loads.is_empty(), &only[..]) else {
+            return format!("{} % of this command", plain(100.0 * self.safe, 1));
+        };
+        let value = self.safe * drive.value();
+        let verb = match (turns, value >= 0.0) {
+            (true, _) => "turned",
+            (false, true) => "pulled",
+            (false, false) => "pushed",
+        };
+        let size = if turns { value } else { value.abs() };
+        let amount = match (turns, drive.is_motion()) {
+            (false, true) => format!("by {} mm", plain(size * 1e3, 3)),
+            (false, false) => format!("with {} N", plain(size, 3)),
+            (true, true) => format!("by {} deg", plain(size.to_degrees(), 3)),
+            (true, false) => format!("with {} N mm", plain(size * 1e3, 3)),
+        };
+        format!("tube {tube} {verb} {amount}")
+    }
+
+    /// For JSON.
+    pub fn json(&self) -> Value {
+        json!({ "governing": limits::governing_json(&self.limit), "safe_part": self.safe, "text": self.text() })
+    }
+}
