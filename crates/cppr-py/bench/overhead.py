@@ -58,6 +58,18 @@ def side_by_side(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) 
     return float(np.median(ratios))
 
 
+def few(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> tuple[float, float]:
+    """Smallest cost of four poses (s), one by one in Rust and in one call of `solve_many`, turn about."""
+    pulls = np.linspace(0, 8e-3, 4)
+
+    def python() -> None:
+        robot.solve_many(pull=pulls, settings=settings)
+
+    pairs = [(_cppr.time_solves(robot, pulls.tolist(), settings), seconds(python)) for _ in range(turns)]
+    rust, ours = (min(side) for side in zip(*pairs))
+    return rust, ours
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--turns", type=int, default=100)
@@ -70,6 +82,11 @@ def main() -> None:
             f"overhead {(python - rust) * 1e6:.1f} us"
         )
         print(f"solve_many in {name}: {many(robot, settings, max(3, turns // 10)):.1%} of Rust's throughput")
+        rust, python = few(robot, settings, turns)
+        print(
+            f"four poses in {name}: Rust one by one {rust * 1e6:.0f} us, "
+            f"solve_many {python * 1e6:.0f} us"
+        )
         ratio = side_by_side(robot, settings, max(3, turns // 10))
         print(f"solve_many in {name}: {ratio:.1f} times the throughput of single solves in Rust, on one thread")
 

@@ -10,6 +10,7 @@ use crate::watch::watched;
 use cppr::analysis::{Shape, sensitivity};
 use cppr::solve::{Command, CommandProblem, Poses, Reason, Settings, Solved, Start, Status};
 use cppr::statics::Wrench;
+use cppr_sweep::ONE_BLOCK;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -122,6 +123,7 @@ impl Job<'_> {
         let poses = Poses { robot, settings, base, start: Start::Rest };
         let _ = cppr_sweep::solve_many(
             &poses,
+            &self.shared.many,
             &mut rows,
             |pose, command| self.set(command, pose),
             |_, row, solved| {
@@ -202,12 +204,16 @@ pub fn solve_many(
     if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
         return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| PyRuntimeError::new_err(format!("threads cannot be started: {error}")))?;
+    // One block needs no threads, and no block more than one of them.
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = if threads > 0 { threads } else { cores() }.min(poses.div_ceil(ONE_BLOCK));
+    let pool = (poses > ONE_BLOCK).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+    let pool = pool.transpose();
+    let pool =
+        pool.map_err(|error| PyRuntimeError::new_err(format!("threads cannot be started: {error}")))?;
     let rows = out.as_slice_mut()?;
-    watched(py, poses, progress.as_ref(), |done, cancelled| {
-        pool.install(|| job.run(rows, width, done, cancelled));
+    watched(py, poses, progress.as_ref(), |done, cancelled| match &pool {
+        Some(pool) => pool.install(|| job.run(rows, width, done, cancelled)),
+        None => job.run(rows, width, done, cancelled),
     })
 }

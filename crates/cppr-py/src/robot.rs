@@ -9,6 +9,7 @@ use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{Workspace, solve, solve_from};
 use cppr_io::robot_file;
+use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -19,6 +20,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Shared {
     pub robot: cppr::design::Robot,
     idle: Mutex<Vec<Workspace>>,
+    /// The same for many poses in one call.
+    pub many: Memory,
 }
 
 impl Shared {
@@ -45,7 +48,7 @@ impl Robot {
         let robot = py
             .detach(|| cppr::design::Robot::new(design))
             .map_err(|problems| errors::design(py, &problems))?;
-        Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default() }) })
+        Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default(), many: Memory::new() }) })
     }
 
     fn design(&self) -> &RobotDesign {

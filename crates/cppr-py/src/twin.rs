@@ -45,7 +45,8 @@ pub fn time_many(
     threads: usize,
 ) -> PyResult<f64> {
     let (settings, _) = settings(options.as_ref())?;
-    let robot = &robot.shared.robot;
+    let shared = &robot.shared;
+    let robot = &shared.robot;
     Ok(py.detach(|| {
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { return f64::NAN };
         let start = Instant::now();
@@ -53,6 +54,7 @@ pub fn time_many(
         let flow = pool.install(|| {
             solve_many(
                 &Poses { robot, settings: &settings, base: &Command::held(robot), start: Start::Rest },
+                &shared.many,
                 &mut kept,
                 |pose, command| command.actuators[0].push_pull = Drive::Motion(pulls[pose]),
                 |_, kept, solved| {

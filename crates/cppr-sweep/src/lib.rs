@@ -63,7 +63,7 @@ pub use design::{DesignKeys, KeyProblem};
 pub use file::{FileOptions, FileProblem, Finished, write_file};
 pub use format::Format;
 pub use journal::parts_of;
-pub use many::solve_many;
+pub use many::{Memory, ONE_BLOCK, solve_many};
 pub use run::run;
 pub use table::{Chunk, Column, Verdict};
 pub use task::{MOST_POSES, Plan, Task};

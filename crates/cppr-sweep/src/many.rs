@@ -2,12 +2,48 @@
 
 use cppr::solve::{Command, CommandProblem, March, Poses, Solved, march};
 use rayon::prelude::*;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
 
-/// Poses of a block: many enough to fill lanes and to be worth a cold start, few enough to go round.
-const BLOCK: Range<usize> = 16..256;
+/// So many poses, or fewer, [`solve_many`] solves on the calling thread. They are the least of a block: enough to fill lanes and to be
+/// worth a cold start.
+pub const ONE_BLOCK: usize = 16;
+/// Most poses of a block: few enough to go round.
+const LARGEST_BLOCK: usize = 256;
 /// Blocks that there are at least, where these are not too small.
 const LEAST_BLOCKS: usize = 64;
+
+/// Buffers of [`solve_many`], as many as ever worked at the same time. Making them costs as much as some dozen poses: keep them from
+/// call to call.
+#[derive(Debug, Default)]
+pub struct Memory(Mutex<Vec<March>>);
+
+impl Memory {
+    /// No buffers yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The lock is held to take and to give back, never in between.
+    fn lend(&self) -> Lent<'_> {
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        Lent { memory: self, march: kept.unwrap_or_default() }
+    }
+}
+
+/// Buffers that go back where they came from.
+struct Lent<'a> {
+    memory: &'a Memory,
+    march: March,
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        let march = std::mem::take(&mut self.march);
+        self.memory.0.lock().unwrap_or_else(PoisonError::into_inner).push(march);
+    }
+}
 
 /// Solves one pose for every entry of `results`, on the threads of the current pool of rayon.
 ///
@@ -19,7 +55,7 @@ const LEAST_BLOCKS: usize = 64;
 /// ```
 /// use cppr::design::Robot;
 /// use cppr::solve::{Actuator, Command, Poses, Settings, Start};
-/// use cppr_sweep::solve_many;
+/// use cppr_sweep::{Memory, solve_many};
 /// use std::ops::ControlFlow;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -31,6 +67,7 @@ const LEAST_BLOCKS: usize = 64;
 /// let mut tips = vec![None; pulls.len()];
 /// let _ = solve_many(
 ///     &poses,
+///     &Memory::new(),
 ///     &mut tips,
 ///     |pose, command| command.actuators[0] = Actuator::pulled(pulls[pose]),
 ///     |_, tip, solved| {
@@ -44,19 +81,25 @@ const LEAST_BLOCKS: usize = 64;
 /// ```
 pub fn solve_many<T: Send, B: Send>(
     poses: &Poses,
+    memory: &Memory,
     results: &mut [T],
     put: impl Fn(usize, &mut Command) + Sync,
     read: impl Fn(usize, &mut T, Result<Solved<'_>, CommandProblem>) -> ControlFlow<B> + Sync,
 ) -> ControlFlow<B> {
-    let block = (results.len() / LEAST_BLOCKS).clamp(BLOCK.start, BLOCK.end);
-    results.par_chunks_mut(block).enumerate().try_for_each_init(March::new, |memory, (number, own)| {
+    let block = (results.len() / LEAST_BLOCKS).clamp(ONE_BLOCK, LARGEST_BLOCK);
+    let solve = |lent: &mut Lent, number: usize, own: &mut [T]| {
         let (first, count) = (number * block, own.len());
         march(
             poses,
-            memory,
+            &mut lent.march,
             count,
             |pose, command| put(first + pose, command),
             |pose, solved| read(first + pose, &mut own[pose], solved),
         )
-    })
+    };
+    if results.len() <= block {
+        return solve(&mut memory.lend(), 0, results);
+    }
+    let blocks = results.par_chunks_mut(block).enumerate();
+    blocks.try_for_each_init(|| memory.lend(), |lent, (number, own)| solve(lent, number, own))
 }

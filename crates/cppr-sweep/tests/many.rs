@@ -5,7 +5,7 @@ use cppr::Vector3;
 use cppr::design::Robot;
 use cppr::solve::{Actuator, Command, Drive, Poses, Settings, Start, Status, Workspace, solve};
 use cppr::{analysis::shape::tip_pose, kinematics::Resolution};
-use cppr_sweep::solve_many;
+use cppr_sweep::{Memory, solve_many};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,13 +30,14 @@ fn put(pose: usize, command: &mut Command) {
 fn poses_are_what_they_are_alone_on_any_number_of_threads() {
     let robot = robot();
     let (base, settings) = (Command::held(&robot), Settings::default().with_resolution(Resolution::PAPER));
+    let memory = Memory::new();
     for start in [Start::Rest, Start::Neighbour] {
         let poses = Poses { robot: &robot, settings: &settings, base: &base, start };
         let on = |threads| {
             let mut tips = vec![None; COUNT];
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let flow = pool.install(|| {
-                solve_many(&poses, &mut tips, put, |_, tip, solved| {
+                solve_many(&poses, &memory, &mut tips, put, |_, tip, solved| {
                     *tip = Some(solved.map(|s| (s.equilibrium.status, s.centre)));
                     ControlFlow::<()>::Continue(())
                 })
@@ -46,6 +47,23 @@ fn poses_are_what_they_are_alone_on_any_number_of_threads() {
         };
         let one = on(1);
         assert!(one == on(2) && one == on(3), "{start:?}");
+        // So few that they stay on this thread, with buffers that know other poses.
+        let mut few = vec![Vector3::zeros(); 16];
+        let flow = solve_many(
+            &poses,
+            &memory,
+            &mut few,
+            |pose, command| put(pose + 1, command),
+            |_, tip, s| {
+                *tip = s.unwrap().centre;
+                ControlFlow::<()>::Continue(())
+            },
+        );
+        assert!(flow.is_continue());
+        for (pose, tip) in few.into_iter().enumerate() {
+            let (_, wanted) = one[pose + 1].clone().unwrap().unwrap();
+            assert!((tip - wanted).norm() < 1e-11, "pose {pose}: {}", tip - wanted);
+        }
         let mut workspace = Workspace::new();
         for (pose, tip) in one.into_iter().enumerate().filter(|(pose, _)| pose % 3 == 0 || pose % 97 == 0) {
             let mut command = base.clone();
@@ -67,9 +85,9 @@ fn breaking_stops_all_threads() {
     let robot = robot();
     let (base, settings) = (Command::held(&robot), Settings::default());
     let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Rest };
-    let read = AtomicUsize::new(0);
+    let (read, memory) = (AtomicUsize::new(0), Memory::new());
     let mut tips = vec![Vector3::<f64>::zeros(); 1_000_000];
-    let flow = solve_many(&poses, &mut tips, put, |pose, _, _| {
+    let flow = solve_many(&poses, &memory, &mut tips, put, |pose, _, _| {
         if read.fetch_add(1, Ordering::Relaxed) < 10 {
             ControlFlow::Continue(())
         } else {
@@ -78,5 +96,5 @@ fn breaking_stops_all_threads() {
     });
     assert!(flow.is_break() && read.into_inner() < 10_000);
     let none: &mut [Vector3<f64>] = &mut [];
-    assert!(solve_many(&poses, none, put, |_, _, _| ControlFlow::Break(())).is_continue());
+    assert!(solve_many(&poses, &memory, none, put, |_, _, _| ControlFlow::Break(())).is_continue());
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -254,7 +255,7 @@ def unpack(
 
     def take(*each: int) -> Floats:
         nonlocal at
-        count = int(np.prod(each))
+        count = math.prod(each)
         view = out[:, at : at + count]
         at += count
         return view.reshape((*shape, *each))
