@@ -18,8 +18,6 @@ import cppr.distributed
 
 PULL = np.linspace(-8e-3, 8e-3, 60)[:, None]
 FORCE = np.stack([np.zeros(100), np.linspace(-0.05, 0.05, 100), np.full(100, 0.02)], axis=-1)
-# Eight poses are solved side by side, and the last digit of a pose may depend on how many there are: chunks are multiples of eight.
-CHUNK = 256
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +61,7 @@ def test_a_worker_killed_in_mid_run_loses_nothing(
     thread.start()
     seen = []
     cppr.distributed.solve_many(
-        client, r3, tmp_path, pull=PULL, tip_force=FORCE, chunk=CHUNK,
+        client, r3, tmp_path, pull=PULL, tip_force=FORCE, chunk=250,
         progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
     thread.join()
@@ -74,7 +72,7 @@ def test_a_worker_killed_in_mid_run_loses_nothing(
 
 
 def test_an_interrupted_call_goes_on(client: Client, r3: cppr.Robot, tmp_path: Path) -> None:
-    arguments = {"pull": PULL[:10], "tip_force": FORCE, "chunk": 152}
+    arguments = {"pull": PULL[:10], "tip_force": FORCE, "chunk": 150}
     cppr.distributed.solve_many(client, r3, tmp_path, **arguments)
     parts = sorted(tmp_path.glob("part-*.parquet"))
     assert len(parts) == 7
