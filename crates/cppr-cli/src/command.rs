@@ -284,7 +284,11 @@ impl CommandArgs {
 
 /// That a solve found nothing, and what of its command may be mistaken.
 pub fn no_equilibrium(robot: &Robot, found: &Equilibrium) -> Failure {
-    Failure::NoEquilibrium(format!("{}: {}", robot.design().name, explained(robot, found)))
+    Failure::NoEquilibrium(format!(
+        "{}: {}",
+        robot.design().name,
+        explained(robot, &found.command, found.status)
+    ))
 }
 
 /// Refuses a shape whose tip lies on a pulley: there the thread has no direction.

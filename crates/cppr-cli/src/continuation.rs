@@ -10,7 +10,7 @@ use crate::table::{millimetres, plain};
 use cppr::analysis::continuation::{
     Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing, trace,
 };
-use cppr::analysis::{Freedom, Input};
+use cppr::analysis::{Freedom, Input, explained};
 use cppr::design::Robot;
 use cppr::solve::{Command, Drive, Workspace};
 use cppr_io::continuation::ContinuationRecord;
@@ -112,7 +112,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
     output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
     let (_, robot) = read_robot(&args.robot)?;
-    let family = family(args, args.command.command(&robot)?).map_err(Failure::Input)?;
+    let command = args.command.command(&robot)?;
+    let family = family(args, command.clone()).map_err(Failure::Input)?;
     let tracing = Tracing {
         settings: args.command.settings(),
         step: args.step,
@@ -124,8 +125,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|problem| Failure::Input(problem.to_string()))?;
     if let [Branch { end: end @ End::NoStart(status), .. }] = &branches[..] {
         return Err(Failure::NoEquilibrium(format!(
-            "{}: the path {end}. At its beginning: {status}",
-            robot.design().name
+            "{}: the path {end}. At its beginning: {}",
+            robot.design().name,
+            explained(&robot, &command, *status)
         )));
     }
     let record = ContinuationRecord::new(&robot, &family, &tracing.settings, &branches);

@@ -6,7 +6,7 @@ use crate::quantity::{ForTube, Kind, bounds};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within, inputs_of};
 use cppr::analysis::stability::stability;
-use cppr::analysis::{Freedom, Input, Teeth, governing, safe_ranges, section_limits};
+use cppr::analysis::{Freedom, Input, Teeth, absurd_demand, governing, safe_ranges, section_limits};
 use cppr::design::Robot;
 use cppr::solve::{Command, Equilibrium, Workspace};
 use serde_json::{Value, json};
@@ -63,8 +63,9 @@ impl FreeArgs {
         } else {
             let ranges =
                 safe_ranges(robot, workspace, command, &settings, Teeth::Rigid).map_err(|problem| {
+                    let absurd = absurd_demand(robot, command).map_or(String::new(), |demand| format!(". {demand}"));
                     Failure::Input(format!(
-                        "no bounds follow from the limits, because the given command is no safe start: {problem}. \
+                        "no bounds follow from the limits, because the given command is no safe start: {problem}{absurd}. \
                          Give --pull-bounds and --rotate-bounds"
                     ))
                 })?;

@@ -5,7 +5,7 @@ use crate::command::{CommandArgs, read_robot};
 use crate::free::{self, HALF, line};
 use crate::output::{self, report, write_or_print};
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
-use crate::table::plain;
+use crate::table::{millimetres, plain};
 use cppr::Vector3;
 use cppr::analysis::Freedom;
 use cppr::analysis::inverse::{Measured, Principal, Sensed, sense};
@@ -13,6 +13,9 @@ use cppr::design::Robot;
 use cppr::solve::Workspace;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+
+/// A tip farther than this many lengths from the base is measured in another unit: tubes that stretch do so by percents.
+const FARTHEST: f64 = 2.0;
 
 /// Shown by `--help`.
 pub const EXAMPLES: &str = "\
@@ -90,6 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
+    believable(&robot, args.measured_position)?;
     let mut workspace = Workspace::new();
     let answer = sense(&robot, &mut workspace, &command, &args.command.settings(), &measured, args.moment)
         .map_err(|p| free::failure(&p))?;
@@ -101,6 +105,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         line(&mut text, "not explained", &missed(one, *miss));
     }
     report(&text, json)
+}
+
+/// Refuses a position that no pose of the robot has: its unit is another.
+fn believable(robot: &Robot, position: Option<[f64; 3]>) -> Result<(), Failure> {
+    let far = position.map_or(0.0, |p| Vector3::from(p).norm());
+    if far <= FARTHEST * robot.length() {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "--measured-position: the tip of a robot of {} mm cannot be {} mm away from its base. Check the unit",
+        millimetres(robot.length()),
+        millimetres(far)
+    )))
 }
 
 fn table(robot: &Robot, answer: &Sensed, moment: bool) -> String {

@@ -6,7 +6,7 @@ use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
 use crate::figure;
 use crate::output::{self, note, print};
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
-use cppr::analysis::{Freedom, Input, Teeth};
+use cppr::analysis::{Freedom, Input, Teeth, absurd_demand};
 use cppr::solve::CommandProblem;
 use cppr_sweep::{
     Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
@@ -252,6 +252,9 @@ fn task(args: &Args) -> Result<Task, Failure> {
         // Too far for this pose need not be so for the others.
         Ok(()) | Err(CommandProblem::TooFar { .. }) => {}
         Err(problem) => return Err(Failure::Input(problem.to_string())),
+    }
+    if let Some(demand) = absurd_demand(&robot, &base) {
+        note(&format!("warning: {demand}\n"));
     }
     let plan = match args.samples {
         Some(count) => Plan::Samples { count, seed: args.seed },

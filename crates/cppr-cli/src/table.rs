@@ -1,7 +1,7 @@
 //! The short table that a person reads.
 
 use crate::exceeded::Exceeded;
-use cppr::analysis::{Demand, Shape, greatest_demand, total_bend};
+use cppr::analysis::{Shape, absurd_demand, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Status};
@@ -28,7 +28,7 @@ pub fn status(found: &Equilibrium) -> String {
 
 /// A length in m as millimetres without the noise of the conversion.
 pub fn millimetres(length: f64) -> String {
-    format!("{}", (length * 1e9).round() * 1e-6)
+    format!("{}", (length * 1e9).round() / 1e6)
 }
 
 /// Bends that differ by less (deg) read the same.
@@ -108,7 +108,7 @@ pub fn table(
     if let Some(exceeded) = exceeded {
         line("warning", exceeded.text());
     }
-    if let Some(demand) = greatest_demand(robot, &found.command).filter(Demand::is_absurd) {
+    if let Some(demand) = absurd_demand(robot, &found.command) {
         line("warning", demand.to_string());
     }
     let tubes = counted(robot.tube_count(), "tube");

@@ -78,7 +78,8 @@ impl MeshError {
 
 impl fmt::Display for MeshError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm = |length: &f64| length * 1e3;
+        // Without the noise of the conversion.
+        let mm = |length: &f64| (length * 1e15).round() / 1e12;
         match self {
             Self::NoSuchTube { tube, count } => {
                 write!(f, "there is no tube {tube}; this robot has 1 to {count}")

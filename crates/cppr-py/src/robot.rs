@@ -182,7 +182,7 @@ impl Robot {
         });
         let found = found.map_err(|problem| errors::refused(py, &problem))?;
         let status = found.status;
-        let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &found));
+        let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &command, found.status));
         let found = Equilibrium::new(Arc::clone(&self.shared), found).into_pyobject(py)?;
         match why {
             None => Ok(found),

@@ -242,7 +242,7 @@ impl Session {
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
         if !found.status.is_equilibrium() {
             model.good = Some(before);
-            return refuse("not_converged", &[explained(robot, &found)], send);
+            return refuse("not_converged", &[explained(robot, &command, found.status)], send);
         }
         let shape = Shape::sampled(robot, &mut self.workspace, &found, SECTIONS);
         let margin = stability(robot, &mut self.workspace, &found).map(|s| s.margin);

@@ -128,7 +128,7 @@ fn what_is_absurd_is_named() {
     ] {
         let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
         assert!(!found.status.is_equilibrium());
-        let text = explained(&robot, &found);
+        let text = explained(&robot, &command, found.status);
         assert!(text.starts_with("not converged") && text.contains(words), "{text}");
     }
 }

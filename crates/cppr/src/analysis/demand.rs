@@ -9,7 +9,7 @@
 //! D is the distance between the centroid lines of follower and leader. These are sizes, not predictions.
 
 use crate::design::Robot;
-use crate::solve::{Command, Drive, Equilibrium};
+use crate::solve::{Command, Drive, Status};
 use crate::statics::Station;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -117,12 +117,18 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     greatest
 }
 
+/// The part of a command that asks most of a robot, where that is more than can be meant.
+#[must_use]
+pub fn absurd_demand(robot: &Robot, command: &Command) -> Option<Demand> {
+    greatest_demand(robot, command).filter(Demand::is_absurd)
+}
+
 /// How a solve ended, in a sentence; where its command asks for what cannot be meant, with that.
 #[must_use]
-pub fn explained(robot: &Robot, found: &Equilibrium) -> String {
-    match greatest_demand(robot, &found.command).filter(Demand::is_absurd) {
-        Some(demand) => format!("{}. {demand}", found.status),
-        None => found.status.to_string(),
+pub fn explained(robot: &Robot, command: &Command, status: Status) -> String {
+    match absurd_demand(robot, command) {
+        Some(demand) => format!("{status}. {demand}"),
+        None => status.to_string(),
     }
 }
 

@@ -16,7 +16,7 @@ mod strains;
 
 pub use bend::total_bend;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
-pub use demand::{Asked, Demand, explained, greatest_demand};
+pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
 pub use limits::{
     Governing, Limit, Place, SectionLimit, Teeth, Utilisation, first_greatest, governing, section_limits,
     utilisation,
