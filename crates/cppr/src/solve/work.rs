@@ -150,10 +150,10 @@ fn work_of_one_step() {
     let paper = Resolution { twist: 3, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 6 };
     let loads = Loads::tip_force(Vector3::new(0.0, 0.05, 0.05));
     for (name, tubes, resolution, loads, bounds) in [
-        ("planar, two tubes", two(), Resolution::PLANAR, Loads::none(), 2_000..7_000),
-        ("space, two tubes, tip force", two(), paper, loads.clone(), 20_000..60_000),
-        ("space, two tubes, tip force, default", two(), Resolution::SPATIAL, loads, 100_000..300_000),
-        ("space, three tubes", three, paper, Loads::none(), 8_000..25_000),
+        ("planar, two tubes", two(), Resolution::PLANAR, Loads::none(), 2_000..6_500),
+        ("space, two tubes, tip force", two(), paper, loads.clone(), 20_000..52_000),
+        ("space, two tubes, tip force, default", two(), Resolution::SPATIAL, loads, 90_000..250_000),
+        ("space, three tubes", three, paper, Loads::none(), 8_000..22_000),
     ] {
         let [evaluation, solution] = count(tubes, resolution, &loads);
         println!("{name}: {evaluation} operations to evaluate, {solution} to factor and solve");
