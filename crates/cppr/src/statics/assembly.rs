@@ -89,6 +89,8 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub(super) turn_row: Vec<S>,
     pub(super) block: Vec<S>,
     pub(super) form: Curvature<S>,
+    /// Per follower its base's direction at rest, and so where Ω is counted from.
+    turn_at_rest: Vec<f64>,
     /// Serial numbers of robot and layout whose constant fields are known.
     known: (u64, u64),
     pub(super) concentrated: Vec<(usize, Applied<S>)>,
@@ -224,14 +226,18 @@ impl<S: Real> Assembly<S> {
         let Setting { robot, layout, knob, .. } = setting;
         let followers = layout.tubes - 1;
         self.knobs.resize(followers, [S::zero(); 2]);
+        if self.known != (robot.serial, layout.serial) {
+            let leader = robot.fields[0].direction(0.0, Part::Pattern)[0];
+            let at_rest = |f: usize| leader + PI - robot.rest_angle(f + 1, 0.0)[0];
+            self.turn_at_rest.clear();
+            self.turn_at_rest.extend((0..followers).map(at_rest));
+        }
         for f in 0..followers {
             let [face, angle] = state.joints[f];
             let position = match knob {
                 RotationKnob::Base => {
                     let own = robot.fields[f + 1].direction(face, part_at_base(layout, f));
-                    let rest = robot.rest_angle(f + 1, 0.0)[0];
-                    let leader = robot.fields[0].direction(0.0, Part::Pattern)[0];
-                    -angle - own[0] + (leader + PI - rest)
+                    -angle - own[0] + self.turn_at_rest[f]
                 }
                 RotationKnob::RelativeAngle => -angle,
             };
