@@ -12,8 +12,6 @@ pub(crate) struct Lu<S = f64> {
     inverses: Vec<S>,
     /// Rows as they were exchanged; empty where none was.
     pivots: Vec<usize>,
-    /// Nothing below the diagonal of `factors` is set: L = (D⁻¹ U)ᵀ.
-    symmetric: bool,
 }
 
 /// A determinant that may be far beyond the range of numbers.
@@ -51,7 +49,6 @@ impl<S: Real> Lu<S> {
     /// is read.
     pub fn eliminate_in_order(&mut self, positive: usize, symmetric: bool) -> u64 {
         let n = self.n;
-        self.symmetric = symmetric;
         let mut good = every::<S>();
         for k in 0..n {
             let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
@@ -61,13 +58,11 @@ impl<S: Real> Lu<S> {
             let inverse = S::one() / pivot;
             self.inverses.push(inverse);
             for (i, target) in (k + 1..n).zip(lower.chunks_exact_mut(n)) {
-                if symmetric {
-                    axpy(&mut target[i..], -(row[i] * inverse), &row[i..]);
-                } else {
-                    let factor = target[k] * inverse;
-                    target[k] = factor;
-                    axpy(&mut target[k + 1..], -factor, &row[k + 1..]);
-                }
+                // L = (D⁻¹ U)ᵀ
+                let (factor, from) = if symmetric { (row[i], i) } else { (target[k], k + 1) };
+                let factor = factor * inverse;
+                target[k] = factor;
+                axpy(&mut target[from..], -factor, &row[from..]);
             }
         }
         good
@@ -83,16 +78,9 @@ impl<S: Real> Lu<S> {
             }
         }
         if columns == 1 {
-            if self.symmetric {
-                for (i, (row, inverse)) in self.factors.chunks_exact(n).zip(&self.inverses).enumerate() {
-                    let (done, rest) = b.split_at_mut(i + 1);
-                    axpy(rest, -(done[i] * *inverse), &row[i + 1..]);
-                }
-            } else {
-                for (i, row) in self.factors.chunks_exact(n).enumerate().skip(1) {
-                    let (done, rest) = b.split_at_mut(i);
-                    rest[0] -= dot(&row[..i], done);
-                }
+            for (i, row) in self.factors.chunks_exact(n).enumerate().skip(1) {
+                let (done, rest) = b.split_at_mut(i);
+                rest[0] -= dot(&row[..i], done);
             }
             for i in (0..n).rev() {
                 let (head, done) = b.split_at_mut(i + 1);
@@ -104,11 +92,7 @@ impl<S: Real> Lu<S> {
             let (done, rest) = b.split_at_mut(i * columns);
             let target = &mut rest[..columns];
             for (k, row) in done.chunks_exact(columns).enumerate() {
-                let factor = if self.symmetric {
-                    self.factors[k * n + i] * self.inverses[k]
-                } else {
-                    self.factors[i * n + k]
-                };
+                let factor = self.factors[i * n + k];
                 axpy(target, -factor, row);
             }
         }
@@ -143,7 +127,6 @@ impl Lu {
     /// Factors an n × n row-major matrix with partial pivoting.
     pub fn factor(&mut self, matrix: &[f64], n: usize) -> Result<(), Singular> {
         self.begin(n).copy_from_slice(&matrix[..n * n]);
-        self.symmetric = false;
         for k in 0..n {
             let mut pivot = k;
             let mut best = self.factors[k * n + k].abs();

@@ -21,7 +21,10 @@ fn case(name: &str) -> Case {
     Case::named(name).unwrap()
 }
 
-#[divan::bench(args = NAMES, sample_count = 200)]
+/// How many calls are timed at once: reading the clock takes some hundredths of a microsecond.
+const CALLS: u32 = 16;
+
+#[divan::bench(args = NAMES, sample_count = 200, sample_size = CALLS)]
 fn one(bencher: Bencher, name: &str) {
     let mut runner = Runner::new(case(name));
     bencher.bench_local(|| runner.once());
@@ -31,7 +34,7 @@ const BATCHES: [&str; 4] =
     ["planar_two_tubes_warm", "space_two_tubes_warm", "space_two_tubes_cold", "three_tubes_warm"];
 
 /// One solve with the pose of the tip, which a batch finds as well.
-#[divan::bench(args = BATCHES, sample_count = 200)]
+#[divan::bench(args = BATCHES, sample_count = 200, sample_size = CALLS)]
 fn one_with_tip(bencher: Bencher, name: &str) {
     let mut runner = Runner::new(case(name));
     bencher.bench_local(|| {
@@ -41,7 +44,7 @@ fn one_with_tip(bencher: Bencher, name: &str) {
 }
 
 /// Many solves in one call, side by side where lanes allow; the throughput is that of poses.
-#[divan::bench(args = BATCHES)]
+#[divan::bench(args = BATCHES, sample_count = 200, sample_size = CALLS)]
 fn batch(bencher: Bencher, name: &str) {
     let mut runner = BatchRunner::new(case(name), WIDTH);
     bencher.counter(ItemsCount::new(WIDTH)).bench_local(|| runner.once());
