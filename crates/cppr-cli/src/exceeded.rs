@@ -1,4 +1,6 @@
 //! What a pose asks beyond the limits of the robot, which the mechanics does not know: it bends notches on after their teeth have met.
+//! Strain and closure over what is allowed, per notch, as `cppr::analysis::limits` has them; and the greatest part of the command, in
+//! [0, 1] from rest, that keeps all limits.
 
 use crate::limits;
 use crate::table::plain;

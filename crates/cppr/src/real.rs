@@ -52,6 +52,12 @@ pub(crate) trait Real:
         every::<Self>() & !self.mask(condition)
     }
 
+    /// This number in the lanes of a mask, the other one in the rest.
+    #[inline(always)]
+    fn in_lanes(self, lanes: u64, other: Self) -> Self {
+        Self::from_lanes(|l| if lanes >> l & 1 == 1 { self.lane(l) } else { other.lane(l) })
+    }
+
     /// Zero in every lane: what it is multiplied by need not be computed.
     #[inline(always)]
     fn vanishes(self) -> bool {

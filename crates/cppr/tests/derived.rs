@@ -8,6 +8,7 @@ use cppr::Vector3;
 use cppr::analysis::stability::{margin, stability};
 use cppr::analysis::{SectionLimit, Teeth, section_limits, utilisation};
 use cppr::design::{BelowPlate, Outline, Profile, Robot, TubeDesign};
+use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, March, Poses, Settings, Start, Status, Workspace, march};
 use cppr::statics::Loads;
 use std::ops::ControlFlow;
@@ -98,4 +99,28 @@ fn what_is_derived_side_by_side_is_what_it_is_alone() {
         }
     }
     assert!(stable > 400 && judged > 2000, "{stable} {judged}");
+}
+
+/// One mode that a prescribed motion holds.
+#[test]
+fn without_free_motions_there_is_no_margin_side_by_side_or_alone() {
+    let robot = prototype("R1", 1.2, BelowPlate::Plain);
+    let resolution =
+        Resolution { twist: 0, bending_y: 0, bending_z: 1, angle: 0, stretch: 0, ..Resolution::PLANAR };
+    let settings = Settings::planar().with_resolution(resolution);
+    let base = Command::held(&robot);
+    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Neighbour };
+    let mut alone = Workspace::new();
+    let put = |pose: usize, command: &mut Command| {
+        command.actuators[0].push_pull = Drive::Motion(1e-4 * pose as f64);
+    };
+    let mut held = 0;
+    let flow = march(&poses, &mut March::new(), 16, put, |_, solved| {
+        let mut solved = solved.unwrap();
+        assert!(solved.equilibrium.status.is_equilibrium() && solved.margin().is_none());
+        assert!(margin(&robot, &mut alone, solved.equilibrium).is_none());
+        held += 1;
+        ControlFlow::<()>::Continue(())
+    });
+    assert!(flow.is_continue() && held == 16);
 }

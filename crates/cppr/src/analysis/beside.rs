@@ -1,4 +1,5 @@
-//! What is derived of equilibria that were solved side by side: of all of them at once, when the first is asked for.
+//! What is derived of equilibria that were solved side by side: of all of them at once, when the first is asked for. The
+//! margin to instability (1 at rest, 0 where it snaps) is that of `reduced`, the use of strain and closure that of `limits`.
 
 use super::limits::{Teeth, Utilisation, greatest};
 use super::reduced::Reduced;
@@ -41,7 +42,8 @@ impl Beside<'_> {
     pub fn margin(&mut self, robot: &Robot, equilibrium: &Equilibrium) -> Option<f64> {
         let (margin, fit) = *self.derived.margin.get_or_insert_with(|| {
             let reduced = Reduced::new(self.workspace, &equilibrium.system(robot));
-            let fit = reduced.fit;
+            // Without free motions there is no margin.
+            let fit = if reduced.free > 0 { reduced.fit } else { 0 };
             (reduced.lowest(), fit)
         });
         (fit >> self.lane & 1 == 1).then(|| margin.lane(self.lane))

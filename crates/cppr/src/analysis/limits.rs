@@ -13,7 +13,7 @@
 //! that bending has taken up: the **closure**, 1 where the teeth touch. For bending in the plane it is κ_notch (ρ̄ + D).
 
 use super::capacity::concentration;
-use super::strains::{Strains, pick};
+use super::strains::Strains;
 use crate::design::fibre::{Fibres, TubeFibres};
 use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
 use crate::kinematics::layout::Layout;
@@ -197,7 +197,7 @@ pub(crate) fn greatest<S: Real>(
         for (most, own) in greatest.iter_mut().zip([strain, section.closure]) {
             if let Some(own) = own {
                 // NaN is less than any number here.
-                *most = pick(lanes, S::from_lanes(|l| most.lane(l).max(own.lane(l))), *most);
+                *most = S::from_lanes(|l| most.lane(l).max(own.lane(l))).in_lanes(lanes, *most);
             }
         }
     });

@@ -6,7 +6,6 @@
 //! becomes L⁻¹ 𝓛 L⁻ᵀ (8.7.2). Reflections again make that tridiagonal (8.3.1), and counting signs in it finds the lowest
 //! eigenvalue by bisection (8.4.1).
 
-use super::strains::pick;
 use crate::dense::{axpy, dot};
 use crate::kinematics::follower::local;
 use crate::real::{Real, every};
@@ -209,8 +208,8 @@ fn lowest_of_tridiagonal<S: Real>(diagonal: &[S], squares: &[S]) -> S {
             least = smaller(least, pivot);
         }
         let below = least.mask(|p| p < 0.0);
-        high = pick(moves & below, middle, high);
-        low = pick(moves & !below, middle, low);
+        high = middle.in_lanes(moves & below, high);
+        low = middle.in_lanes(moves & !below, low);
     }
 }
 

@@ -1,6 +1,13 @@
-//! Curvatures and stretch of one tube by its rest abscissa, from an evaluated state, in all lanes alike.
+//! Curvatures κ_Y, κ_Z (1/m, about the axes of the section itself) and stretch e of one tube by its rest abscissa (m), from an
+//! evaluated state, in all lanes alike.
 //!
-//! Between the nodes of an element they are interpolated by the polynomial through all of them, kept by its Legendre modes.
+//! The section's own Y points to its centroid. Those of the leader are K_Y, K_Z and e_1. A follower's own axes are turned by π about X
+//! from those in which `kinematics::follower` has its curvatures: with p, r and |h| from there
+//!
+//!   κ_Y = −p/|h|     κ_Z = −r/|h|     dx_k/dX = |h| .
+//!
+//! Between the nodes of an element all are interpolated by the polynomial through them, kept by its Legendre modes; the label
+//! X that a rest abscissa faces is found by Newton's method on x_k(X).
 
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
@@ -80,8 +87,8 @@ impl<'a, S: Real> Strains<'a, S> {
             let here = if all { left } else { left & (abscissa - self.ends(e)[1]).mask(|d| d < 0.0) };
             if here != 0 {
                 let (own_label, own) = self.within(e, abscissa);
-                label = pick(here, own_label, label);
-                values.iter_mut().zip(own).for_each(|(value, own)| *value = pick(here, own, *value));
+                label = own_label.in_lanes(here, label);
+                values.iter_mut().zip(own).for_each(|(value, own)| *value = own.in_lanes(here, *value));
             }
             left &= !here;
         }
@@ -105,7 +112,7 @@ impl<'a, S: Real> Strains<'a, S> {
             let mut moving = every::<S>();
             for _ in 0..10 {
                 let step = (abscissa - sum(&polynomials, FACE)) / (sum(&polynomials, RATE) * length);
-                x = pick(moving, inside(x + step), x);
+                x = inside(x + step).in_lanes(moving, x);
                 legendre_values(x, &mut polynomials);
                 moving &= step.unless(|s| s.abs() < SETTLED);
                 if moving == 0 {
@@ -116,9 +123,4 @@ impl<'a, S: Real> Strains<'a, S> {
         let start = Layout::label(element.start, self.coordinates).0;
         (start + x * length, [0, 1, 2].map(|which| sum(&polynomials, which)))
     }
-}
-
-/// The new number in some lanes, the old one in the others.
-pub(super) fn pick<S: Real>(lanes: u64, new: S, old: S) -> S {
-    S::from_lanes(|l| if lanes >> l & 1 == 1 { new.lane(l) } else { old.lane(l) })
 }

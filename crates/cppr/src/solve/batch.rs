@@ -260,7 +260,7 @@ impl Batch {
             };
             let put = |all: &mut [Lanes], own: &[f64]| {
                 for (all, own) in all.iter_mut().zip(own) {
-                    *all = Lanes::from_lanes(|l| if l == lane { *own } else { all.lane(l) });
+                    *all = Lanes::splat(*own).in_lanes(1 << lane, *all);
                 }
             };
             put(&mut self.point.coordinates, &from.coordinates);
@@ -384,7 +384,7 @@ fn advance(
     factor: f64,
 ) {
     for s in step.iter_mut() {
-        *s = Lanes::from_lanes(|l| if moves >> l & 1 == 1 { s.lane(l) } else { 0.0 });
+        *s = s.in_lanes(moves, Lanes::splat(0.0));
     }
     add_step(system, point, units, step, Lanes::splat(factor));
 }
