@@ -1,6 +1,8 @@
 //! Robots and helpers shared by the tests.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+pub mod cases;
+
 use cppr::Vector3;
 use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube,
