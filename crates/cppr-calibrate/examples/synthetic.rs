@@ -5,9 +5,8 @@
 //! 0.5 mm from a fixed seed: what a calibration should find again.
 
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
 use cppr::design::Robot;
-use cppr::solve::{Command, Settings, Workspace, solve};
+use cppr::solve::{Command, Solver};
 use cppr::statics::Loads;
 use cppr_calibrate::Parameter;
 use std::error::Error;
@@ -25,19 +24,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut normal = move || (-2.0 * uniform().max(1e-300).ln()).sqrt() * (TAU * uniform()).cos();
     let head = "robot,pull2_mm,tip_force_y_N,x_mm,y_mm,z_mm,sigma_mm\n";
     let (mut all, mut first) = (String::from(head), String::from(head));
-    let mut workspace = Workspace::new();
     for name in ["r1", "r2"] {
         let mut design = cppr_io::robot_file::read(format!("robots/{name}.toml"))?.design;
         for (parameter, value) in [("centroid_offset_factor", 1.22), ("youngs_modulus", 4.8e9)] {
             Parameter::parse(parameter)?.set(&mut design, value);
         }
-        let robot = Robot::new(design).map_err(|problems| problems[0].clone())?;
+        let robot = Robot::from_design(design)?;
+        let mut solver = Solver::new(&robot);
         for pull in [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0] {
             for force in [0.0, 0.15, -0.15] {
                 let loads = Loads::tip_force(Vector3::new(0.0, force, 0.0));
                 let command = Command::pull(&[pull * 1e-3]).with_loads(loads);
-                let found = solve(&robot, &mut workspace, &command, &Settings::default())?;
-                let tip = tip_pose(&robot, &mut workspace, &found).1 * 1e3;
+                let found = solver.solve(&command)?;
+                let tip = solver.tip(&found).centre * 1e3;
                 let seen = [tip.x, tip.y, tip.z].map(|v| v + 0.5 * normal());
                 let mut row = String::new();
                 let label = &robot.design().name;

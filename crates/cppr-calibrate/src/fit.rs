@@ -3,15 +3,17 @@
 use crate::data::{Line, Measurement};
 use crate::parameter::{Parameter, ParameterProblem, apply};
 use cppr::Vector3;
-use cppr::analysis::{Perturbed, Shape, parameter_sensitivity};
+use cppr::analysis::Perturbed;
 use cppr::design::{Robot, RobotDesign};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
 use cppr::statics::{Loads, RotationKnob, Wrench};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::cell::RefCell;
 use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Why there is no fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +36,7 @@ pub enum FitProblem {
     NoEquilibrium(usize, String),
     /// The search did not settle: why.
     Search(String),
-    /// [`Workspace::stop_by`].
+    /// Another thread has asked for it.
     Stopped,
 }
 
@@ -127,15 +129,15 @@ pub struct Fit {
     pub evaluations: usize,
 }
 
-/// Fits parameters, shared among all robots, to measurements.
+/// Fits parameters, shared among all robots, to measurements. Another thread ends that by setting `stop`.
 ///
 /// # Errors
 /// See [`FitProblem`]; what the data cannot determine is refused.
 pub fn fit(
     designs: &[RobotDesign],
-    workspace: &mut Workspace,
     measurements: &[Measurement],
     list: &[Parameter],
+    stop: Option<Arc<AtomicBool>>,
 ) -> Result<Fit, FitProblem> {
     Parameter::check(list, designs).map_err(FitProblem::Parameter)?;
     let groups = measurements.iter().map(|m| robot_of(designs, m)).collect::<Result<Vec<_>, _>>()?;
@@ -147,7 +149,7 @@ pub fn fit(
         list,
         start: start.clone(),
         logarithms: DVector::zeros(list.len()),
-        workspace: RefCell::new(workspace),
+        stop,
         last: RefCell::new(vec![None; measurements.len()]),
         failure: RefCell::new(None),
         evaluations: RefCell::new(0),
@@ -216,7 +218,7 @@ struct Problem<'a> {
     start: Vec<f64>,
     /// Logarithms of the values over the start: what the search moves, since no parameter may turn negative.
     logarithms: DVector<f64>,
-    workspace: RefCell<&'a mut Workspace>,
+    stop: Option<Arc<AtomicBool>>,
     /// Last equilibrium of each measurement, to start from.
     last: RefCell<Vec<Option<Equilibrium>>>,
     failure: RefCell<Option<FitProblem>>,
@@ -248,8 +250,8 @@ fn command(m: &Measurement, followers: usize) -> Command {
 }
 
 /// The model's point and direction for a measurement.
-fn observe(m: &Measurement, robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<f64> {
-    let shape = Shape::at(robot, workspace, found, &[m.at.unwrap_or(robot.length())]);
+fn observe(m: &Measurement, solver: &mut Solver, found: &Equilibrium) -> Vec<f64> {
+    let shape = solver.shape_at(found, &[m.at.unwrap_or(found.robot().length())]);
     let section = &shape.sections[0];
     let point = match m.line {
         Line::Centre => section.centre,
@@ -270,7 +272,7 @@ impl Problem<'_> {
             let changed = |by: f64| {
                 let mut moved = values.to_vec();
                 moved[p] *= 1.0 + by;
-                Robot::new(apply(design, self.list, &moved)).ok()
+                Robot::from_design(apply(design, self.list, &moved)).ok()
             };
             let why = || FitProblem::Search(format!("{} cannot be changed at {}", design.name, self.list[p]));
             Perturbed::new(1e-3, changed).ok_or_else(why)
@@ -284,46 +286,46 @@ impl Problem<'_> {
         let robots = self
             .designs
             .iter()
-            .map(|d| Robot::new(apply(d, self.list, &values)))
+            .map(|d| Robot::from_design(apply(d, self.list, &values)))
             .collect::<Result<Vec<_>, _>>()
-            .map_err(|p| {
-                let why = p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-                FitProblem::Search(format!("{why}. {CHECK}"))
-            })?;
+            .map_err(|problems| FitProblem::Search(format!("{problems}. {CHECK}")))?;
         let perturbed = if derivatives { self.perturbed(&values)? } else { Vec::new() };
-        let mut workspace = self.workspace.borrow_mut();
-        let workspace: &mut Workspace = &mut workspace;
+        let solver_of = |robot: &Robot| {
+            let mut solver = Solver::new(robot);
+            solver.stop_by(self.stop.clone());
+            solver
+        };
+        let mut solvers: Vec<Solver> = robots.iter().map(solver_of).collect();
         let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (m, &group)) in self.measurements.iter().zip(&self.groups).enumerate() {
-            if workspace.is_stopped() {
+            let solver = &mut solvers[group];
+            if solver.is_stopped() {
                 return Err(FitProblem::Stopped);
             }
-            let robot = &robots[group];
-            let command = command(m, robot.follower_count());
-            let settings = Settings::default();
+            let command = command(m, solver.robot().follower_count());
             let found = match &self.last.borrow()[i] {
-                Some(start) => solve_from(robot, workspace, &command, &settings, start),
-                None => solve(robot, workspace, &command, &settings),
+                Some(start) => solver.solve_from(&command, start),
+                None => solver.solve(&command),
             };
             let found = found.map_err(|e| FitProblem::Measurement(m.row, e.to_string()))?;
-            if let Status::NotConverged(_) = found.status {
+            if let Status::NotConverged(_) = found.status() {
                 let at: Vec<String> = self
                     .list
                     .iter()
                     .zip(&values)
                     .map(|(p, v)| format!("{p} = {:.3} {}", v / p.unit().1, p.unit().0))
                     .collect();
-                let why = format!("with {}: {}. {CHECK}", at.join(", "), found.status);
+                let why = format!("with {}: {}. {CHECK}", at.join(", "), found.status());
                 return Err(FitProblem::NoEquilibrium(m.row, why));
             }
-            let seen = observe(m, robot, workspace, &found);
+            let seen = observe(m, solver, &found);
             let mut slopes: Vec<Vec<f64>> = Vec::new();
             if derivatives {
                 for (parameter, moved) in self.list.iter().zip(&perturbed[group]) {
-                    let read = |robot: &Robot, w: &mut Workspace, eq: &Equilibrium| observe(m, robot, w, eq);
-                    let slope = parameter_sensitivity(robot, workspace, &found, moved, read);
+                    let read = |solver: &mut Solver, eq: &Equilibrium| observe(m, solver, eq);
+                    let slope = solver.parameter_sensitivity(&found, moved, read);
                     let why = || format!("{parameter} has no derivative here");
-                    slopes.push(slope.ok_or_else(|| FitProblem::NoEquilibrium(m.row, why()))?);
+                    slopes.push(slope.map_err(|_| FitProblem::NoEquilibrium(m.row, why()))?);
                 }
             }
             for axis in 0..6 {

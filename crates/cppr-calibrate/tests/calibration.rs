@@ -2,9 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::shape::{Shape, tip_pose};
 use cppr::design::{Robot, RobotDesign};
-use cppr::solve::{Command, Settings, Workspace, solve};
+use cppr::solve::{Command, Solver};
 use cppr::statics::Loads;
 use cppr_calibrate::{Fit, FitProblem, Measurement, Parameter, fit, fitted_file, read};
 use std::fmt::Write;
@@ -51,19 +50,19 @@ fn data(
     let mut noise = Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
     let mut csv =
         String::from("robot,pull2_mm,rotate2_deg,tip_force_y_N,tip_force_z_N,x_mm,y_mm,z_mm,sigma_mm\n");
-    let mut workspace = Workspace::new();
     for name in robots {
         let mut design = design(name);
         set(&mut design, truth);
-        let robot = Robot::new(design).unwrap();
+        let robot = Robot::from_design(design).unwrap();
+        let mut solver = Solver::new(&robot);
         for pull in [-6.0, -3.0, 0.0, 3.0, 6.0] {
             for &load in loads {
                 for &turn in turns {
                     let mut command = Command::pull(&[pull * 1e-3])
                         .with_loads(Loads::tip_force(Vector3::new(0.0, load, 0.5 * load)));
                     command.actuators[0].rotation = cppr::solve::Drive::Motion(f64::to_radians(turn));
-                    let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
-                    let tip = tip_pose(&robot, &mut workspace, &found).1 * 1e3;
+                    let found = solver.solve(&command).unwrap();
+                    let tip = solver.tip(&found).centre * 1e3;
                     let mut seen = || noise_mm * noise.next();
                     let (x, y, z) = (tip.x + seen(), tip.y + seen(), tip.z + seen());
                     let half = 0.5 * load;
@@ -88,7 +87,7 @@ fn parameters(names: &[&str]) -> Vec<Parameter> {
 fn fitted(robots: &[&str], csv: &str, names: &[&str]) -> Result<Fit, FitProblem> {
     let designs: Vec<RobotDesign> = robots.iter().map(|r| design(r)).collect();
     let rows: Vec<Measurement> = read(csv, 1).unwrap();
-    fit(&designs, &mut Workspace::new(), &rows, &parameters(names))
+    fit(&designs, &rows, &parameters(names), None)
 }
 
 #[test]
@@ -112,7 +111,7 @@ fn a_far_start_finds_the_same_values() {
     for start in [[3.0, 5e10], [0.8, 2e9]] {
         let mut far = design("r1");
         set(&mut far, &[(names[0], start[0]), (names[1], start[1])]);
-        let fit = fit(&[far], &mut Workspace::new(), &rows, &parameters(&names)).unwrap();
+        let fit = fit(&[far], &rows, &parameters(&names), None).unwrap();
         for (estimate, (name, want)) in fit.estimates.iter().zip(truth) {
             assert!((estimate.value / want - 1.0).abs() < 1e-6, "{name}: {} {want}", estimate.value);
         }
@@ -155,8 +154,8 @@ fn shapes_and_directions_give_the_values_too() {
     let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus@1", 4.6e9), ("shear_modulus@2", 1.7e9)];
     let mut truly = design("r1");
     set(&mut truly, &truth);
-    let robot = Robot::new(truly).unwrap();
-    let mut workspace = Workspace::new();
+    let robot = Robot::from_design(truly).unwrap();
+    let mut solver = Solver::new(&robot);
     let head = "pull2_mm,rotate2_deg,tip_force_y_N,tip_force_z_N,at_mm,line,x_mm,y_mm,z_mm,\
                 direction_x,direction_y,direction_z,sigma_mm,sigma_deg\n";
     let (mut shapes, mut directions) = (String::from(head), String::from(head));
@@ -164,9 +163,9 @@ fn shapes_and_directions_give_the_values_too() {
         let loads = Loads::tip_force(Vector3::new(0.0, load, load));
         let mut command = Command::pull(&[pull * 1e-3]).with_loads(loads);
         command.actuators[0].rotation = cppr::solve::Drive::Motion(f64::to_radians(turn));
-        let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
+        let found = solver.solve(&command).unwrap();
         for at in [40.0, 90.0, 150.0] {
-            let shape = Shape::at(&robot, &mut workspace, &found, &[at * 1e-3]);
+            let shape = solver.shape_at(&found, &[at * 1e-3]);
             let section = &shape.sections[0];
             let (point, axis) = (section.tubes[1].centroid * 1e3, section.rotation.column(0));
             let given = format!("{pull},{turn},{load},{load},{at}");
@@ -206,7 +205,7 @@ fn what_the_data_cannot_see_is_refused_with_the_reason() {
 /// Directions of the tip only: they turn by Δa over the sum of the offsets.
 fn unloaded_of_one() -> String {
     let mut csv = String::from("pull2_mm,direction_x,direction_y,direction_z,sigma_deg\n");
-    let robot = Robot::new(design("r1")).unwrap();
+    let robot = Robot::from_design(design("r1")).unwrap();
     let sum: f64 = (0..2).map(|t| robot.fields_at(t, 0.0).centroid_offset).sum();
     for (i, pull) in [1.0, 2.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
         let angle: f64 = -pull * 1e-3 / sum + 1e-3 * (f64::from(u8::try_from(i).unwrap()) - 2.0);

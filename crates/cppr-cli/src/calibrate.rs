@@ -4,7 +4,6 @@ use crate::Failure;
 use crate::command::read_robot;
 use crate::figure;
 use crate::output::{check, print, write, write_or_print};
-use cppr::solve::Workspace;
 use cppr_calibrate::{Fit, FitProblem, Parameter, fit, fitted_file, read};
 use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
 use std::fmt::Write;
@@ -65,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
         Failure::Input(lines.join("\n"))
     })?;
-    let found = fit(&designs, &mut Workspace::new(), &rows, &list).map_err(|problem| match problem {
+    let found = fit(&designs, &rows, &list, None).map_err(|problem| match problem {
         FitProblem::NoEquilibrium(..) => Failure::NoEquilibrium(format!("{shown}: {problem}")),
         FitProblem::Measurement(..) => Failure::Input(format!("{shown}: {problem}")),
         _ => Failure::Input(problem.to_string()),

@@ -6,7 +6,7 @@ use cppr::Vector3;
 use cppr::analysis::{Shape, explained};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Formulation, Settings};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Formulation, Settings, Solver};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr_io::RobotFile;
 use std::path::Path;
@@ -184,6 +184,11 @@ impl CommandArgs {
         if self.rest.stretch { settings.with_stretch() } else { settings }
     }
 
+    /// A solver of the robot with these settings.
+    pub fn solver(&self, robot: &Robot) -> Result<Solver, Failure> {
+        Solver::with_settings(robot, self.settings()).map_err(|p| Failure::Input(p.to_string()))
+    }
+
     /// Options that say something about a load that is not there, or that the model would not see.
     fn check(&self, robot: &Robot) -> Result<(), Failure> {
         let fail = |message: &str| Err(Failure::Input(message.into()));
@@ -283,11 +288,12 @@ impl CommandArgs {
 }
 
 /// That a solve found nothing, and what of its command may be mistaken.
-pub fn no_equilibrium(robot: &Robot, found: &Equilibrium) -> Failure {
+pub fn no_equilibrium(found: &Equilibrium) -> Failure {
+    let robot = found.robot();
     Failure::NoEquilibrium(format!(
         "{}: {}",
         robot.design().name,
-        explained(robot, &found.command, found.status)
+        explained(robot, found.command(), found.status())
     ))
 }
 
@@ -317,8 +323,8 @@ fn no_such_tube(option: &str, tube: usize, robot: &Robot) -> String {
 /// Reads a robot file and builds its robot.
 pub fn read_robot(path: &Path) -> Result<(RobotFile, Robot), Failure> {
     let file = cppr_io::robot_file::read(path).map_err(|p| Failure::Input(p.to_string()))?;
-    let robot = Robot::new(file.design.clone()).map_err(|problems| {
-        let list: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+    let robot = Robot::from_design(file.design.clone()).map_err(|problems| {
+        let list: Vec<String> = problems.0.iter().map(|p| format!("{}: {p}", path.display())).collect();
         Failure::Input(list.join("\n"))
     })?;
     Ok((file, robot))

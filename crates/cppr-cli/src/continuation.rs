@@ -8,11 +8,11 @@ use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::quantity::{Kind, scalar};
 use crate::table::{millimetres, plain};
 use cppr::analysis::continuation::{
-    Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing, trace,
+    Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing,
 };
 use cppr::analysis::{Freedom, Input, explained};
 use cppr::design::Robot;
-use cppr::solve::{Command, Drive, Workspace};
+use cppr::solve::{Command, Drive};
 use cppr_io::continuation::ContinuationRecord;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -115,14 +115,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let command = args.command.command(&robot)?;
     let family = family(args, command.clone()).map_err(Failure::Input)?;
     let tracing = Tracing {
-        settings: args.command.settings(),
         step: args.step,
         points: args.points as usize,
         depth: usize::from(args.branches),
         ..Tracing::default()
     };
-    let branches = trace(&robot, &mut Workspace::new(), &family, &tracing)
-        .map_err(|problem| Failure::Input(problem.to_string()))?;
+    let mut solver = args.command.solver(&robot)?;
+    let branches = solver.trace(&family, &tracing).map_err(|problem| Failure::Input(problem.to_string()))?;
     if let [Branch { end: end @ End::NoStart(status), .. }] = &branches[..] {
         return Err(Failure::NoEquilibrium(format!(
             "{}: the path {end}. At its beginning: {}",
@@ -130,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             explained(&robot, &command, *status)
         )));
     }
-    let record = ContinuationRecord::new(&robot, &family, &tracing.settings, &branches);
+    let record = ContinuationRecord::new(&solver, &family, &branches);
     if let Some(path) = json {
         let text = record.to_json().map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
         write_or_print(path, &text)?;
@@ -287,7 +286,7 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
             };
             let value = |x: f64, digits| format!("{:>13}", plain(x, digits));
             let effort = conjugate.as_ref().map_or(String::new(), |c| {
-                let conjugate = family.parameter().conjugate(&point.equilibrium.actuators);
+                let conjugate = family.parameter().conjugate(point.equilibrium.actuators());
                 value(conjugate.unwrap_or(0.0) * c.scale, 5)
             });
             let tip = <[f64; 3]>::from(point.tip).map(|x| format!("{:>11}", plain(x * 1e3, 3))).join("");

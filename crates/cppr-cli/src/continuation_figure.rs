@@ -26,7 +26,7 @@ pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
     };
     let place = |p: &PathPoint| match &conjugate {
         Some(conjugate) => {
-            let answer = family.parameter().conjugate(&p.equilibrium.actuators).unwrap_or(0.0);
+            let answer = family.parameter().conjugate(p.equilibrium.actuators()).unwrap_or(0.0);
             [p.parameter * parameter.scale, answer * conjugate.scale]
         }
         None => [(p.tip[component] - rest) * 1e3, p.parameter],
@@ -44,9 +44,7 @@ pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
     }
     // What is held is the same all along, save for the actuator that varies, which is on its axis.
     let title = match branches.first().and_then(|b| b.points.first()) {
-        Some(first) if family.parameter() == Parameter::LoadFactor => {
-            figure::title(robot, &first.equilibrium)
-        }
+        Some(first) if family.parameter() == Parameter::LoadFactor => figure::title(&first.equilibrium),
         _ => robot.design().name.clone(),
     };
     Figure { title, panels: vec![panel], max_width: 520.0, ..Figure::default() }

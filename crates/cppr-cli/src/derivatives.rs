@@ -5,10 +5,9 @@ use crate::command::{CommandArgs, no_equilibrium, read_robot};
 use crate::free::{efforts_json, name, unit};
 use crate::output::{self, report, write_or_print};
 use crate::table::plain;
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::{Freedom, Input, Perturbed, Sensitivity, Shape, parameter_sensitivity, sensitivity};
+use cppr::analysis::{Freedom, Input, Perturbed, Sensitivity};
 use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Workspace, solve};
+use cppr::solve::{Equilibrium, Solver};
 use cppr::statics::RotationKnob;
 use cppr::{Matrix3, Vector3};
 use cppr_sweep::DesignKeys;
@@ -59,13 +58,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::check(&args.robot, &[("--json", json)])?;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
-    let mut workspace = Workspace::new();
-    let found = solve(&robot, &mut workspace, &command, &args.command.settings())
-        .map_err(|p| Failure::Input(p.to_string()))?;
-    if !found.status.is_equilibrium() {
-        return Err(no_equilibrium(&robot, &found));
+    let mut solver = args.command.solver(&robot)?;
+    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
+    if !found.status().is_equilibrium() {
+        return Err(no_equilibrium(&found));
     }
-    let exact = sensitivity(&robot, &mut workspace, &found).ok_or_else(|| {
+    let exact = solver.sensitivity(&found).map_err(|_| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
     })?;
     let shown = args.robot.display();
@@ -73,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
     let mut keys = Vec::new();
     for key in &args.by {
-        keys.push(by_key(&text, key.trim(), &robot, &mut workspace, &found, &exact)?);
+        keys.push(by_key(&text, key.trim(), &mut solver, &found, &exact)?);
     }
     if let Some(path) = json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &found, &exact, &keys)))?;
@@ -85,8 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn by_key(
     text: &str,
     key: &str,
-    robot: &Robot,
-    workspace: &mut Workspace,
+    solver: &mut Solver,
     found: &Equilibrium,
     exact: &Sensitivity,
 ) -> Result<ByKey, Failure> {
@@ -99,9 +96,9 @@ fn by_key(
     let at = |by: f64| keys.clone().robot(&[value + by]).ok();
     let moved = Perturbed::new(STEP * value, at)
         .ok_or_else(|| fail(format!("no robot can be built with a value {} % off", 200.0 * STEP)))?;
-    let (before, _) = tip_pose(robot, workspace, found);
-    let read = |robot: &Robot, workspace: &mut Workspace, found: &Equilibrium| -> Vec<f64> {
-        let (rotation, tip) = tip_pose(robot, workspace, found);
+    let cppr::kinematics::TipPose { rotation: before, .. } = solver.tip(found);
+    let read = |solver: &mut Solver, found: &Equilibrium| -> Vec<f64> {
+        let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(found);
         // The rotation from the tip as it was, first order in the step: its antisymmetric part.
         let turn: Matrix3<f64> = rotation * before.transpose();
         let spin = Vector3::new(
@@ -110,29 +107,30 @@ fn by_key(
             turn[(1, 0)] - turn[(0, 1)],
         ) * 0.5;
         let mut values: Vec<f64> = tip.iter().chain(spin.iter()).copied().collect();
-        values.extend(conjugates(robot, workspace, found, &exact.inputs));
+        values.extend(conjugates(solver, found, &exact.inputs));
         values
     };
-    let slopes = parameter_sensitivity(robot, workspace, found, &moved, read)
-        .ok_or_else(|| Failure::NoEquilibrium(format!("--by {key}: nothing has a derivative here")))?;
+    let slopes = solver
+        .parameter_sensitivity(found, &moved, read)
+        .map_err(|_| Failure::NoEquilibrium(format!("--by {key}: nothing has a derivative here")))?;
     let mut twist = [0.0; 6];
     twist.copy_from_slice(&slopes[..6]);
     Ok(ByKey { key: key.into(), twist, response: slopes[6..].to_vec() })
 }
 
 /// What answers to every input: its effort where its motion is given, its motion where its effort is.
-fn conjugates(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium, inputs: &[Input]) -> Vec<f64> {
-    let base = Shape::at(robot, workspace, found, &[0.0]).sections.remove(0);
+fn conjugates(solver: &mut Solver, found: &Equilibrium, inputs: &[Input]) -> Vec<f64> {
+    let base = solver.shape_at(found, &[0.0]).sections.remove(0);
     let conjugate = |input: &Input| {
-        let (state, tube) = (found.actuators[input.tube - 2], input.tube - 1);
+        let (state, tube) = (found.actuators()[input.tube - 2], input.tube - 1);
         let motion = base.tubes[tube].abscissa;
         match (input.freedom, input.is_motion) {
             (Freedom::PushPull, true) => state.tension,
             (Freedom::Rotation, true) => state.torque,
             (Freedom::PushPull, false) => motion,
             (Freedom::Rotation, false) => {
-                let direction = |x: f64| robot.fields_at(tube, x).direction;
-                let slid = match found.command.knob {
+                let direction = |x: f64| found.robot().fields_at(tube, x).direction;
+                let slid = match found.command().knob {
                     RotationKnob::Base => direction(0.0) - direction(motion),
                     RotationKnob::RelativeAngle => 0.0,
                 };

@@ -4,9 +4,8 @@
 
 use crate::limits;
 use crate::table::plain;
-use cppr::analysis::{Governing, Limit, Teeth, governing, safe_part, section_limits};
-use cppr::design::Robot;
-use cppr::solve::{Command, Drive, Equilibrium, Workspace};
+use cppr::analysis::{Governing, Limit, Teeth, governing};
+use cppr::solve::{Command, Drive, Equilibrium, Solver};
 use serde_json::{Value, json};
 
 /// The limit of a notch or section that a pose exceeds most.
@@ -19,11 +18,11 @@ pub struct Exceeded {
 
 impl Exceeded {
     /// `None` within all limits. Stability is for the status to tell.
-    pub fn of(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium, teeth: Teeth) -> Option<Self> {
-        let sections = section_limits(robot, workspace, found, teeth);
+    pub fn of(solver: &mut Solver, found: &Equilibrium, teeth: Teeth) -> Option<Self> {
+        let sections = solver.section_limits(found, teeth);
         let limit = governing(&sections, None).filter(|worst| worst.utilisation > 1.0)?;
-        let command = found.command.clone();
-        let safe = safe_part(robot, workspace, &command, &found.settings, teeth).ok()?.value;
+        let command = found.command().clone();
+        let safe = solver.safe_part(&command, teeth).ok()?.value;
         Some(Self { limit, safe, command })
     }
 

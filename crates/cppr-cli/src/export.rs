@@ -4,9 +4,7 @@ use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
 use crate::output::{self, is_stdout, print};
 use crate::quantity::{Kind, scalar};
-use cppr::analysis::Shape;
 use cppr::design::Robot;
-use cppr::solve::{Workspace, solve};
 use cppr_io::RobotFile;
 use cppr_mesh::{
     Detail, Flange, Flaws, Part, TubeOptions, UnrolledOptions, bent_tubes, dxf, glb, gltf, obj, stl,
@@ -255,17 +253,17 @@ fn assembly(
     robot: &Robot,
 ) -> Result<(Vec<u8>, String), Failure> {
     let command = args.command.command(robot)?;
-    let mut workspace = Workspace::new();
-    let found = solve(robot, &mut workspace, &command, &args.command.settings()).map_err(input)?;
-    if !found.status.is_equilibrium() {
-        return Err(no_equilibrium(robot, &found));
+    let mut solver = args.command.solver(robot)?;
+    let found = solver.solve(&command).map_err(input)?;
+    if !found.status().is_equilibrium() {
+        return Err(no_equilibrium(&found));
     }
-    thread_has_direction(&found.command.loads, &Shape::sampled(robot, &mut workspace, &found, 2))?;
+    thread_has_direction(&found.command().loads, &solver.shape(&found, 2))?;
     let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));
-    let meshes = bent_tubes(file, robot, &mut workspace, &found, tolerance, below).map_err(input)?;
+    let meshes = bent_tubes(file, &mut solver, &found, tolerance, below).map_err(input)?;
     let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(file, i, mesh)).collect();
     parts.iter().try_for_each(closed)?;
-    let mut text = format!("{}, {}\n", file.design.name, found.status);
+    let mut text = format!("{}, {}\n", file.design.name, found.status());
     for part in &parts {
         let [low, high] = part.mesh.bounds();
         let range: Vec<String> =

@@ -4,8 +4,7 @@ use crate::Failure;
 use crate::output;
 use cppr::Vector3;
 use cppr::analysis::Shape;
-use cppr::design::Robot;
-use cppr::solve::{Drive, Equilibrium, Formulation, Workspace};
+use cppr::solve::{Drive, Equilibrium, Formulation, Solver};
 use cppr::statics::{Frame, RotationKnob, Station};
 use cppr_plot::{Figure, Force, Line, Marks, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
@@ -65,40 +64,33 @@ pub fn lines(shape: &Shape) -> Vec<Line> {
 const SMOOTH: usize = 201;
 
 /// One pose with its forces, the robot at rest below it.
-pub fn shape(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    found: &Equilibrium,
-    samples: usize,
-) -> Result<Figure, Failure> {
-    draw(robot, workspace, found, samples, Vec::new())
+pub fn shape(solver: &mut Solver, found: &Equilibrium, samples: usize) -> Result<Figure, Failure> {
+    draw(solver, found, samples, Vec::new())
 }
 
 /// The same with points in it: their name and places (m).
 pub fn marked_shape(
-    robot: &Robot,
-    workspace: &mut Workspace,
+    solver: &mut Solver,
     found: &Equilibrium,
     marks: Option<(&str, Vec<[f64; 3]>)>,
 ) -> Result<Figure, Failure> {
     let marks = marks.map(|(name, points)| Marks { name: name.into(), points }).into_iter().collect();
-    draw(robot, workspace, found, SMOOTH, marks)
+    draw(solver, found, SMOOTH, marks)
 }
 
 fn draw(
-    robot: &Robot,
-    workspace: &mut Workspace,
+    solver: &mut Solver,
     found: &Equilibrium,
     samples: usize,
     marks: Vec<Marks>,
 ) -> Result<Figure, Failure> {
     let samples = samples.max(SMOOTH);
-    let rest = Equilibrium::rest(robot, &found.settings);
-    let rest = lines(&Shape::sampled(robot, workspace, &rest, samples));
-    let pose = lines(&Shape::sampled(robot, workspace, found, samples));
+    let rest = solver.rest();
+    let rest = lines(&solver.shape(&rest, samples));
+    let pose = lines(&solver.shape(found, samples));
     let input = ShapeInput {
-        title: title(robot, found),
-        poses: vec![Pose { label: String::new(), lines: pose, forces: forces(robot, workspace, found) }],
+        title: title(found),
+        poses: vec![Pose { label: String::new(), lines: pose, forces: forces(solver, found) }],
         rest,
         marks,
         ..ShapeInput::default()
@@ -107,18 +99,18 @@ fn draw(
 }
 
 /// Concentrated forces where they act.
-fn forces(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<Force> {
-    let loads = &found.command.loads;
+fn forces(solver: &mut Solver, found: &Equilibrium) -> Vec<Force> {
+    let loads = &found.command().loads;
     let mut labels: Vec<f64> = loads
         .wrenches
         .iter()
         .map(|w| match w.station {
-            Station::Tip => robot.length(),
+            Station::Tip => found.robot().length(),
             Station::Label(label) => label,
         })
         .collect();
-    labels.push(robot.length());
-    let sections = Shape::at(robot, workspace, found, &labels).sections;
+    labels.push(found.robot().length());
+    let sections = solver.shape_at(found, &labels).sections;
     let wrenches = loads.wrenches.iter().zip(&sections).map(|(wrench, section)| {
         let vector = match wrench.frame {
             Frame::World => wrench.force,
@@ -145,13 +137,13 @@ fn forces(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> Vec<
 }
 
 /// Name, actuation, and the formulation where it is not the consistent one.
-pub fn title(robot: &Robot, found: &Equilibrium) -> String {
-    let mut parts = vec![robot.design().name.clone()];
-    let knob = match found.command.knob {
+pub fn title(found: &Equilibrium) -> String {
+    let mut parts = vec![found.robot().design().name.clone()];
+    let knob = match found.command().knob {
         RotationKnob::Base => "Ω",
         RotationKnob::RelativeAngle => "−Δθ",
     };
-    for (f, (drive, state)) in found.command.actuators.iter().zip(&found.actuators).enumerate() {
+    for (f, (drive, state)) in found.command().actuators.iter().zip(found.actuators()).enumerate() {
         let tube = f + 2;
         parts.push(match drive.push_pull {
             Drive::Motion(_) => format!("Δa_{{{tube}}} = {} mm", number(state.motion * 1e3)),
@@ -165,7 +157,7 @@ pub fn title(robot: &Robot, found: &Equilibrium) -> String {
             Drive::Effort(_) => parts.push(format!("Υ_{{{tube}}} = {} N mm", number(state.torque * 1e3))),
         }
     }
-    if found.settings.formulation == Formulation::Printed {
+    if found.settings().formulation == Formulation::Printed {
         parts.push("as printed".into());
     }
     parts.join(", ")

@@ -5,10 +5,8 @@ use crate::command::CommandArgs;
 use crate::quantity::{ForTube, Kind, bounds};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within, inputs_of};
-use cppr::analysis::stability::stability;
-use cppr::analysis::{Freedom, Input, Teeth, absurd_demand, governing, safe_ranges, section_limits};
-use cppr::design::Robot;
-use cppr::solve::{Command, Equilibrium, Workspace};
+use cppr::analysis::{Freedom, Input, Teeth, absurd_demand, governing};
+use cppr::solve::{Command, Equilibrium, Solver};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -28,8 +26,7 @@ impl FreeArgs {
     pub fn free(
         &self,
         args: &CommandArgs,
-        robot: &Robot,
-        workspace: &mut Workspace,
+        solver: &mut Solver,
         command: &Command,
     ) -> Result<Vec<FreeInput>, Failure> {
         let settings = args.settings();
@@ -62,14 +59,14 @@ impl FreeArgs {
             Vec::new()
         } else {
             let ranges =
-                safe_ranges(robot, workspace, command, &settings, Teeth::Rigid).map_err(|problem| {
-                    let absurd = absurd_demand(robot, command).map_or(String::new(), |demand| format!(". {demand}"));
+                solver.safe_ranges(command, Teeth::Rigid).map_err(|problem| {
+                    let absurd = absurd_demand(solver.robot(), command).map_or(String::new(), |demand| format!(". {demand}"));
                     Failure::Input(format!(
                         "no bounds follow from the limits, because the given command is no safe start: {problem}{absurd}. \
                          Give --pull-bounds and --rotate-bounds"
                     ))
                 })?;
-            free_within(robot, &ranges)
+            free_within(solver.robot(), &ranges)
         };
         let free = wanted.into_iter().filter_map(|input| match told(input) {
             Some(bounds) => Some(FreeInput { input, bounds }),
@@ -146,14 +143,14 @@ pub fn three(values: [f64; 3], digits: usize) -> String {
 }
 
 /// Efforts, margin and the nearest limit of an answer.
-pub fn state_table(text: &mut String, robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) {
-    for (f, actuator) in found.actuators.iter().enumerate() {
+pub fn state_table(text: &mut String, solver: &mut Solver, found: &Equilibrium) {
+    for (f, actuator) in found.actuators().iter().enumerate() {
         let head = format!("tube {} needs", f + 2);
         let (force, torque) = (plain(actuator.tension, 4), plain(actuator.torque * 1e3, 4));
         line(text, &head, &format!("{force:>9} N and {torque} N mm"));
     }
-    let margin = stability(robot, workspace, found).map(|s| s.margin);
-    let sections = section_limits(robot, workspace, found, Teeth::Rigid);
+    let margin = solver.stability(found).map(|s| s.margin);
+    let sections = solver.section_limits(found, Teeth::Rigid);
     if let Some(nearest) = governing(&sections, margin) {
         let what = crate::limits::limit(nearest.limit);
         let place = nearest.section.map_or(String::new(), |s| format!(" of {}", crate::limits::place(&s)));
@@ -192,5 +189,5 @@ pub fn inputs_json(
 /// Efforts of an answer as JSON.
 pub fn efforts_json(found: &Equilibrium) -> Value {
     let one = |(f, a): (usize, &cppr::solve::ActuatorState)| json!({ "tube": f + 2, "pull_m": a.motion, "rotation_rad": a.rotation, "tension_N": a.tension, "torque_Nm": a.torque });
-    found.actuators.iter().enumerate().map(one).collect()
+    found.actuators().iter().enumerate().map(one).collect()
 }

@@ -6,13 +6,12 @@ use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::table::{millimetres, plain};
-use cppr::analysis::stability::stability;
 use cppr::analysis::{
     Bound, Freedom, Governing, Input, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth,
-    euler_load, first_greatest, governing, notch_capacities, safe_ranges, section_limits,
+    euler_load, first_greatest, governing, notch_capacities,
 };
 use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Status, Workspace, solve};
+use cppr::solve::{Equilibrium, Status};
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -71,19 +70,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
-    let settings = args.command.settings();
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
-    let mut workspace = Workspace::new();
-    let found =
-        solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
-    if !found.status.is_equilibrium() {
-        return Err(no_equilibrium(&robot, &found));
+    let mut solver = args.command.solver(&robot)?;
+    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
+    if !found.status().is_equilibrium() {
+        return Err(no_equilibrium(&found));
     }
-    let sections = section_limits(&robot, &mut workspace, &found, teeth);
-    let margin = stability(&robot, &mut workspace, &found).map(|s| s.margin);
-    let ranges = match Exceeded::of(&robot, &mut workspace, &found, teeth) {
+    let sections = solver.section_limits(&found, teeth);
+    let margin = solver.stability(&found).map(|s| s.margin);
+    let ranges = match Exceeded::of(&mut solver, &found, teeth) {
         Some(exceeded) => Err(exceeded.text()),
-        None => safe_ranges(&robot, &mut workspace, &command, &settings, teeth).map_err(|p| p.to_string()),
+        None => solver.safe_ranges(&command, teeth).map_err(|p| p.to_string()),
     };
     let notches = notch_capacities(&robot, teeth);
     let report = Report { robot, teeth, found, sections, margin, ranges, notches };
@@ -240,12 +237,12 @@ impl Report {
         if let Some(margin) = self.margin {
             line("margin", plain(margin, 4), "", "1 at rest, 0 where it snaps".into());
         }
-        for (f, actuator) in self.found.actuators.iter().enumerate() {
+        for (f, actuator) in self.found.actuators().iter().enumerate() {
             let times = plain(actuator.tension.abs() / euler_load(&self.robot), 2);
             let rest = format!("{times} times Euler's load (eq 99; guided tubes bear more)");
             line(&format!("tube {} tension", f + 2), plain(actuator.tension, 4), "N", rest);
         }
-        if self.found.status == Status::Unstable {
+        if self.found.status() == Status::Unstable {
             line("warning", String::new(), "", "this equilibrium is unstable".into());
         }
     }
@@ -316,14 +313,14 @@ impl Report {
                 })
             })
             .collect();
-        let status = if self.found.status == Status::Unstable { "unstable" } else { "converged" };
+        let status = if self.found.status() == Status::Unstable { "unstable" } else { "converged" };
         json!({
             "schema": "cppr/limits", "schema_version": 1, "robot": self.robot.design().name,
             "teeth": match self.teeth { Teeth::Rigid => "rigid", Teeth::Bending => "bending" },
             "euler_load_N": euler_load(&self.robot), "notches": notches, "ranges": ranges,
             "pose": {
                 "status": status, "margin_to_instability": self.margin,
-                "tensions_N": self.found.actuators.iter().map(|a| a.tension).collect::<Vec<_>>(),
+                "tensions_N": self.found.actuators().iter().map(|a| a.tension).collect::<Vec<_>>(),
                 "governing": governing(&self.sections, self.margin).map(|g| governing_json(&g)),
                 "sections": self.sections.iter().map(section_json).collect::<Vec<_>>(),
             },
@@ -349,7 +346,7 @@ impl Report {
             })
             .filter(|quantity| !quantity.curves.is_empty())
             .collect();
-        let title = figure::title(&self.robot, &self.found);
+        let title = figure::title(&self.found);
         let input = ProfileInput { title, x_label: "X".into(), quantities };
         profile_figure(&input).map_err(|e| figure::plot_failure(&e))
     }

@@ -8,9 +8,9 @@ use crate::output::{self, report, write_or_print};
 use crate::quantity::{Kind, direction, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
-use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target, reach};
+use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target};
 use cppr::design::Robot;
-use cppr::solve::Workspace;
+use cppr::solve::Solver;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -77,13 +77,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
-    let mut workspace = Workspace::new();
-    let free = args.free.free(&args.command, &robot, &mut workspace, &command)?;
+    let mut solver = args.command.solver(&robot)?;
+    let free = args.free.free(&args.command, &mut solver, &command)?;
     let target =
         Target { position: args.position.map(Vector3::from), direction: args.direction.map(Vector3::from) };
-    let settings = args.command.settings();
-    let mut answer = reach(&robot, &mut workspace, &command, &settings, &free, &target, &accuracy)
-        .map_err(|p| free::failure(&p))?;
+    let mut answer = solver.reach(&command, &free, &target, &accuracy).map_err(|p| free::failure(&p))?;
     answer.reached = answer.distance.is_none_or(|d| d <= args.tolerance)
         && answer.angle.is_none_or(|a| a <= args.angle_tolerance);
     if let Some(path) = json {
@@ -91,16 +89,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let (Some(path), Some(format)) = (&args.plot, plot) {
         let marks = args.position.map(|p| ("target", vec![p]));
-        let drawn = figure::marked_shape(&robot, &mut workspace, &answer.equilibrium, marks)?;
+        let drawn = figure::marked_shape(&mut solver, &answer.equilibrium, marks)?;
         figure::write(path, format, &drawn)?;
     }
-    let text = table(&robot, &mut workspace, &free, &answer);
+    let text = table(&mut solver, &free, &answer);
     report(&text, json)
 }
 
-fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &Reach) -> String {
+fn table(solver: &mut Solver, free: &[FreeInput], answer: &Reach) -> String {
     let verdict = if answer.reached { "reached" } else { "out of reach; this is the nearest pose found" };
-    let mut text = format!("{}: {verdict}\n", robot.design().name);
+    let mut text = format!("{}: {verdict}\n", solver.robot().design().name);
     free::inputs_table(&mut text, free, &answer.values, &answer.at_bound, None);
     line(&mut text, "tip position", &format!("{} mm", three((answer.position * 1e3).into(), 3)));
     line(&mut text, "tip direction", &three(answer.direction.into(), 4));
@@ -110,7 +108,7 @@ fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &
     if let Some(angle) = answer.angle {
         line(&mut text, "from its direction", &format!("{:>9} deg", plain(angle.to_degrees(), 3)));
     }
-    free::state_table(&mut text, robot, workspace, &answer.equilibrium);
+    free::state_table(&mut text, solver, &answer.equilibrium);
     if answer.depends_on_path {
         line(&mut text, "warning", "the same values, applied at once from rest, lead to another pose");
     }

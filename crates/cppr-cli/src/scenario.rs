@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::command::read_robot;
 use cppr::design::Robot;
-use cppr::solve::{Command, Settings};
+use cppr::solve::{Command, Solver};
 use cppr_io::{Scenario, scenario};
 use std::io::Read;
 use std::path::Path;
@@ -21,8 +21,8 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
     Scenario::parse(&text).map_err(|problem| Failure::Input(format!("{shown}: {problem}")))
 }
 
-/// The robot with the notches of the scenario, its command, and how to solve.
-pub fn apply(path: &Path, robot: &Path) -> Result<(Robot, Command, Settings), Failure> {
+/// A solver of the robot with the notches of the scenario, and its command.
+pub fn apply(path: &Path, robot: &Path) -> Result<(Solver, Command), Failure> {
     let all = |problems: Vec<String>| {
         let lines: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
         Failure::Input(lines.join("\n"))
@@ -30,9 +30,9 @@ pub fn apply(path: &Path, robot: &Path) -> Result<(Robot, Command, Settings), Fa
     let scenario = read(path)?;
     let (file, _) = read_robot(robot)?;
     let design = scenario.changed(file.design).map_err(all)?;
-    let robot = Robot::new(design).map_err(|p| all(p.iter().map(ToString::to_string).collect()))?;
+    let robot = Robot::from_design(design).map_err(|p| all(p.0.iter().map(ToString::to_string).collect()))?;
     let command = scenario.command(&robot).map_err(all)?;
-    let settings = scenario.settings();
-    command.check(&robot, &settings).map_err(|p| all(vec![p.to_string()]))?;
-    Ok((robot, command, settings))
+    let solver = Solver::with_settings(&robot, scenario.settings()).map_err(|p| all(vec![p.to_string()]))?;
+    solver.check(&command).map_err(|p| all(vec![p.to_string()]))?;
+    Ok((solver, command))
 }

@@ -8,9 +8,8 @@ use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
 use cppr::analysis::Freedom;
-use cppr::analysis::inverse::{Measured, Principal, Sensed, sense};
+use cppr::analysis::inverse::{Measured, Principal, Sensed};
 use cppr::design::Robot;
-use cppr::solve::Workspace;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -94,9 +93,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
     believable(&robot, args.measured_position)?;
-    let mut workspace = Workspace::new();
-    let answer = sense(&robot, &mut workspace, &command, &args.command.settings(), &measured, args.moment)
-        .map_err(|p| free::failure(&p))?;
+    let mut solver = args.command.solver(&robot)?;
+    let answer = solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))?;
     if let Some(path) = json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
     }

@@ -7,9 +7,8 @@ use crate::free::{self, FreeArgs, line};
 use crate::output::{self, report, write_or_print};
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
-use cppr::analysis::inverse::{FreeInput, ShapeMatch, shape_match};
-use cppr::design::Robot;
-use cppr::solve::Workspace;
+use cppr::analysis::inverse::{FreeInput, ShapeMatch};
+use cppr::solve::Solver;
 use cppr_io::points::read_points;
 use serde_json::json;
 use std::path::PathBuf;
@@ -65,11 +64,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })?;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
-    let mut workspace = Workspace::new();
-    let free = args.free.free(&args.command, &robot, &mut workspace, &command)?;
-    let settings = args.command.settings();
-    let answer = shape_match(&robot, &mut workspace, &command, &settings, &free, &points)
-        .map_err(|p| free::failure(&p))?;
+    let mut solver = args.command.solver(&robot)?;
+    let free = args.free.free(&args.command, &mut solver, &command)?;
+    let answer = solver.shape_match(&command, &free, &points).map_err(|p| free::failure(&p))?;
     if let Some(path) = json {
         let whole = json!({
             "schema": "cppr/match", "schema_version": 1, "robot": robot.design().name,
@@ -82,16 +79,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let (Some(path), Some(format)) = (&args.plot, plot) {
         let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
-        let drawn = figure::marked_shape(&robot, &mut workspace, &answer.equilibrium, marks)?;
+        let drawn = figure::marked_shape(&mut solver, &answer.equilibrium, marks)?;
         figure::write(path, format, &drawn)?;
     }
-    let text = table(&robot, &mut workspace, &free, &answer);
+    let text = table(&mut solver, &free, &answer);
     report(&text, json)
 }
 
-fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &ShapeMatch) -> String {
+fn table(solver: &mut Solver, free: &[FreeInput], answer: &ShapeMatch) -> String {
     let count = answer.distances.len();
-    let mut text = format!("{}: {count} point{}\n", robot.design().name, if count == 1 { "" } else { "s" });
+    let mut text =
+        format!("{}: {count} point{}\n", solver.robot().design().name, if count == 1 { "" } else { "s" });
     free::inputs_table(&mut text, free, &answer.values, &answer.at_bound, Some(&answer.uncertainty));
     let largest = answer.distances.iter().copied().fold(0.0, f64::max);
     let distances = format!(
@@ -114,6 +112,6 @@ fn table(robot: &Robot, workspace: &mut Workspace, free: &[FreeInput], answer: &
             .collect();
         line(&mut text, "not seen", &format!("{} (shares of the bounds)", parts.join(", ")));
     }
-    free::state_table(&mut text, robot, workspace, &answer.equilibrium);
+    free::state_table(&mut text, solver, &answer.equilibrium);
     text
 }

@@ -7,8 +7,7 @@ use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::scenario;
 use crate::table::table;
-use cppr::analysis::{Shape, Teeth, stability::stability};
-use cppr::solve::{Workspace, solve};
+use cppr::analysis::Teeth;
 use cppr_io::result::ResultRecord;
 use cppr_io::result_csv;
 use std::path::{Path, PathBuf};
@@ -66,37 +65,35 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
     let outputs = [("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())];
     output::check(&args.robot, &outputs)?;
-    let (robot, command, settings) = if let Some(path) = &args.scenario {
+    let (mut solver, command) = if let Some(path) = &args.scenario {
         scenario::apply(path, &args.robot)?
     } else {
         let (_, robot) = read_robot(&args.robot)?;
         let command = args.command.command(&robot)?;
-        (robot, command, args.command.settings())
+        (args.command.solver(&robot)?, command)
     };
-    let mut workspace = Workspace::new();
     let start = Instant::now();
-    let found =
-        solve(&robot, &mut workspace, &command, &settings).map_err(|p| Failure::Input(p.to_string()))?;
+    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
     let time = start.elapsed();
-    if !found.status.is_equilibrium() {
+    if !found.status().is_equilibrium() {
         if let Some(path) = json {
-            write_json(path, &ResultRecord::status_only(&robot, &found))?;
+            write_json(path, &ResultRecord::status_only(&found))?;
         }
-        return Err(match (no_equilibrium(&robot, &found), &args.scenario) {
+        return Err(match (no_equilibrium(&found), &args.scenario) {
             (Failure::NoEquilibrium(why), Some(path)) => {
                 Failure::NoEquilibrium(format!("{}: {why}", path.display()))
             }
             (failure, _) => failure,
         });
     }
-    let shape = Shape::sampled(&robot, &mut workspace, &found, args.samples as usize);
-    thread_has_direction(&found.command.loads, &shape)?;
-    let stability = stability(&robot, &mut workspace, &found);
+    let shape = solver.shape(&found, args.samples as usize);
+    thread_has_direction(&found.command().loads, &shape)?;
+    let stability = solver.stability(&found);
     let margin = stability.as_ref().map(|s| s.margin);
-    let direction = stability.map(|s| s.tip_direction(&robot, &mut workspace, &found).into());
-    let exceeded = Exceeded::of(&robot, &mut workspace, &found, Teeth::Rigid);
+    let direction = stability.map(|s| s.tip_direction.into());
+    let exceeded = Exceeded::of(&mut solver, &found, Teeth::Rigid);
     if let Some(path) = json {
-        let mut record = ResultRecord::new(&robot, &found, &shape, margin, direction);
+        let mut record = ResultRecord::new(&found, &shape, margin, direction);
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
         write_json(path, &record)?;
     }
@@ -104,10 +101,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_or_print(path, &result_csv::csv(&shape))?;
     }
     if let (Some(path), Some(format)) = (&args.plot, plot) {
-        let drawn = figure::shape(&robot, &mut workspace, &found, args.samples as usize)?;
+        let drawn = figure::shape(&mut solver, &found, args.samples as usize)?;
         figure::write(path, format, &drawn)?;
     }
-    let text = table(&robot, &found, &shape, margin.zip(direction), exceeded.as_ref(), time);
+    let text = table(&found, &shape, margin.zip(direction), exceeded.as_ref(), time);
     if [json, csv].into_iter().flatten().any(is_stdout) {
         note(&text);
         Ok(())

@@ -2,7 +2,6 @@
 
 use crate::exceeded::Exceeded;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
-use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Status};
 use std::fmt::Write;
@@ -20,7 +19,7 @@ pub fn plain(value: f64, digits: usize) -> String {
 
 /// The status in words. The printed formulation has no energy to judge stability by.
 pub fn status(found: &Equilibrium) -> String {
-    match (found.status, found.settings.formulation) {
+    match (found.status(), found.settings().formulation) {
         (Status::Converged, Formulation::Printed) => "converged; its stability is not known".into(),
         (status, _) => status.to_string(),
     }
@@ -36,7 +35,6 @@ const SAME_BEND: f64 = 5e-3;
 
 /// Name, status, tip, efforts, margin with the direction in which the tip would go, limits exceeded, cost.
 pub fn table(
-    robot: &Robot,
     found: &Equilibrium,
     shape: &Shape,
     margin: Option<(f64, [f64; 3])>,
@@ -44,16 +42,17 @@ pub fn table(
     time: Duration,
 ) -> String {
     let mut text = String::new();
-    let formulation = match found.settings.formulation {
+    let formulation = match found.settings().formulation {
         Formulation::Consistent => "consistent formulation",
         Formulation::Printed => "formulation as printed",
     };
-    let stretch = if found.settings.resolution.stretch > 0 { ", with stretch" } else { "" };
-    let plane = if found.settings.resolution.angle == 0 && found.settings.resolution != Resolution::SPATIAL {
-        ", in the plane"
-    } else {
-        ""
-    };
+    let stretch = if found.settings().resolution.stretch > 0 { ", with stretch" } else { "" };
+    let plane =
+        if found.settings().resolution.angle == 0 && found.settings().resolution != Resolution::SPATIAL {
+            ", in the plane"
+        } else {
+            ""
+        };
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<22}{value}");
     };
@@ -73,7 +72,7 @@ pub fn table(
         };
         line("bend angle", format!("{:>10} deg{along}", plain(bend, 3)));
     }
-    for (f, a) in found.actuators.iter().enumerate() {
+    for (f, a) in found.actuators().iter().enumerate() {
         let name = format!("tube {}", f + 2);
         let motion = format!("pulled {:>9} mm with {:>9} N", plain(a.motion * 1e3, 3), plain(a.tension, 4));
         let turn = format!(
@@ -84,7 +83,7 @@ pub fn table(
         line(&name, motion);
         line("", turn);
     }
-    line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy * 1e3, 4)));
+    line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy() * 1e3, 4)));
     if let Some((margin, direction)) = margin {
         line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
         // At rest all motions are alike.
@@ -93,7 +92,7 @@ pub fn table(
             line("softest motion", format!("{way} of the tip, or against it"));
         }
     }
-    let s = found.statistics;
+    let s = found.statistics();
     let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let steps = match s.load_steps {
         0 => String::new(),
@@ -102,13 +101,14 @@ pub fn table(
     let time = time.as_secs_f64() * 1e6;
     let time = if time < 1e3 { format!("{time:.0} µs") } else { format!("{:.1} ms", time * 1e-3) };
     line("cost", format!("{}{steps}, {time}", counted(s.iterations, "Newton step")));
-    if found.status == Status::Unstable {
+    if found.status() == Status::Unstable {
         line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
     }
     if let Some(exceeded) = exceeded {
         line("warning", exceeded.text());
     }
-    if let Some(demand) = absurd_demand(robot, &found.command) {
+    let robot = found.robot();
+    if let Some(demand) = absurd_demand(robot, found.command()) {
         line("warning", demand.to_string());
     }
     let tubes = counted(robot.tube_count(), "tube");

@@ -9,8 +9,7 @@ use crate::result::{
 use crate::result_format::Lines;
 use cppr::analysis::continuation::{Branch, End, Family, Parameter, PathPoint, PointKind};
 use cppr::analysis::{Freedom, Input};
-use cppr::design::Robot;
-use cppr::solve::Settings;
+use cppr::solve::Solver;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -120,7 +119,8 @@ fn kind(kind: PointKind) -> &'static str {
 impl ContinuationRecord {
     /// Everything about a traced path.
     #[must_use]
-    pub fn new(robot: &Robot, family: &Family, settings: &Settings, branches: &[Branch]) -> Self {
+    pub fn new(solver: &Solver, family: &Family, branches: &[Branch]) -> Self {
+        let (robot, settings) = (solver.robot(), solver.settings());
         let (parameter, parameter_tube) = parameter(family.parameter());
         Self {
             schema: "cppr/continuation",
@@ -218,7 +218,7 @@ impl From<&PathPoint> for PointRecord {
             inertia: p.inertia,
             margin_to_instability: p.margin,
             tip_position_m: p.tip.into(),
-            elastic_energy_J: p.equilibrium.elastic_energy,
+            elastic_energy_J: p.equilibrium.elastic_energy(),
             actuators: actuators(&p.equilibrium),
         }
     }

@@ -24,5 +24,5 @@ mod syntax;
 mod tube_file;
 
 pub use problems::{Excerpt, Problem, Problems};
-pub use robot_file::{NotchPattern, RobotFile, TubeFile};
+pub use robot_file::{NotchPattern, RobotFile, TubeFile, read_robot};
 pub use scenario::Scenario;

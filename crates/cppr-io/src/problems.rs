@@ -38,6 +38,20 @@ pub struct Excerpt {
     pub length: usize,
 }
 
+impl Problem {
+    /// Of the file as a whole.
+    pub(crate) fn of_file(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self {
+            line: 0,
+            column: 0,
+            key: String::new(),
+            message: message.into(),
+            help: help.into(),
+            excerpt: None,
+        }
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.key.is_empty() {
@@ -77,15 +91,7 @@ impl Problems {
 
     /// One problem of the file as a whole.
     pub(crate) fn of_file(message: impl Into<String>, help: impl Into<String>) -> Self {
-        let problem = Problem {
-            line: 0,
-            column: 0,
-            key: String::new(),
-            message: message.into(),
-            help: help.into(),
-            excerpt: None,
-        };
-        Self { list: vec![problem], ..Self::default() }
+        Self { list: vec![Problem::of_file(message, help)], ..Self::default() }
     }
 }
 

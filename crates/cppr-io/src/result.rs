@@ -269,21 +269,15 @@ pub struct TubeRecord {
 impl ResultRecord {
     /// Everything about an equilibrium; the status alone where none was found.
     #[must_use]
-    pub fn new(
-        robot: &Robot,
-        found: &Equilibrium,
-        shape: &Shape,
-        margin: Option<f64>,
-        direction: Option<[f64; 3]>,
-    ) -> Self {
-        let mut record = Self::status_only(robot, found);
-        if let (true, Some(tip)) = (found.status.is_equilibrium(), shape.sections.last()) {
+    pub fn new(found: &Equilibrium, shape: &Shape, margin: Option<f64>, direction: Option<[f64; 3]>) -> Self {
+        let mut record = Self::status_only(found);
+        if let (true, Some(tip)) = (found.status().is_equilibrium(), shape.sections.last()) {
             record.solution = Some(SolutionRecord {
                 tip_position_m: tip.centre.into(),
                 tip_rotation: rows(&tip.rotation),
                 actuators: actuators(found),
                 total_bend_rad: total_bend(found),
-                elastic_energy_J: found.elastic_energy,
+                elastic_energy_J: found.elastic_energy(),
                 margin_to_instability: margin,
                 critical_tip_direction: direction,
                 sections: shape.sections.iter().map(SectionRecord::from).collect(),
@@ -294,26 +288,26 @@ impl ResultRecord {
 
     /// What was asked and how it ended, without any number of the state.
     #[must_use]
-    pub fn status_only(robot: &Robot, found: &Equilibrium) -> Self {
+    pub fn status_only(found: &Equilibrium) -> Self {
         Self {
             schema: "cppr/equilibrium",
             schema_version: SCHEMA_VERSION,
             cppr_version: env!("CARGO_PKG_VERSION"),
-            robot: RobotRecord::new(robot),
-            command: CommandRecord::new(&found.command, robot),
-            formulation: formulation_name(found.settings.formulation),
-            resolution: found.settings.resolution.into(),
-            status: match found.status {
+            robot: RobotRecord::new(found.robot()),
+            command: CommandRecord::new(found.command(), found.robot()),
+            formulation: formulation_name(found.settings().formulation),
+            resolution: found.settings().resolution.into(),
+            status: match found.status() {
                 Status::Converged => "converged",
                 Status::Unstable => "unstable",
                 Status::NotConverged(_) => "not_converged",
             },
-            status_text: found.status.to_string(),
+            status_text: found.status().to_string(),
             statistics: StatisticsRecord {
-                newton_iterations: found.statistics.iterations,
-                evaluations: found.statistics.evaluations,
-                load_steps: found.statistics.load_steps,
-                largest_scaled_residual: found.residual,
+                newton_iterations: found.statistics().iterations,
+                evaluations: found.statistics().evaluations,
+                load_steps: found.statistics().load_steps,
+                largest_scaled_residual: found.residual(),
             },
             limit_exceeded: None,
             solution: None,
@@ -420,7 +414,7 @@ impl LoadsRecord {
 }
 
 pub(crate) fn actuators(found: &Equilibrium) -> Vec<ActuatorRecord> {
-    let states = found.actuators.iter().enumerate();
+    let states = found.actuators().iter().enumerate();
     states
         .map(|(f, a)| ActuatorRecord {
             tube: f + 2,

@@ -24,7 +24,7 @@
 
 use crate::cursor::{Cursor, kind};
 use crate::material::Common;
-use crate::problems::{Collector, Problems};
+use crate::problems::{Collector, Problem, Problems};
 use crate::quantity::{FACTOR, LENGTH};
 use crate::syntax::report_syntax;
 use crate::tube_file::{KEYS as TUBE_KEYS, Robot, Tube, check_nesting, read_tube};
@@ -91,6 +91,19 @@ pub fn read(path: impl AsRef<Path>) -> Result<RobotFile, Problems> {
     parsed.map_err(|problems| problems.in_file(path.display().to_string()))
 }
 
+/// Reads a robot file and builds its robot.
+///
+/// # Errors
+/// All problems of the file, or of the design that it describes.
+pub fn read_robot(path: impl AsRef<Path>) -> Result<cppr::design::Robot, Problems> {
+    let path = path.as_ref();
+    let file = read(path)?;
+    cppr::design::Robot::from_design(file.design).map_err(|problems| {
+        let list = problems.0.iter().map(|problem| Problem::of_file(problem.to_string(), "")).collect();
+        Problems { list, ..Problems::default() }.in_file(path.display().to_string())
+    })
+}
+
 /// Reads a robot from the bytes of a file.
 ///
 /// # Errors
@@ -126,7 +139,7 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
     let mut out = Collector::new(text);
     let (document, errors) = DeTable::parse_recoverable(text);
     report_syntax(text, &errors, &mut out);
-    let file = read_robot(document.get_ref(), &mut out);
+    let file = robot_of(document.get_ref(), &mut out);
     match file {
         Some(file) if out.is_empty() => Ok(file),
         _ if out.is_empty() => Err(Problems::of_file("the file does not describe a robot", EXAMPLE)),
@@ -134,7 +147,7 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
     }
 }
 
-fn read_robot(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
+fn robot_of(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
     let root = Cursor::new(table, 0..0, String::new(), &KEYS, out);
     let name = read_name(&root, out);
     let length = root.number("length_mm", &LENGTH, out);

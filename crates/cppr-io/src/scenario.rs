@@ -218,7 +218,7 @@ impl Scenario {
     /// The design with its notches changed.
     ///
     /// # Errors
-    /// Every change that cannot be made. Whether the changed notches leave anything of a tube, [`Robot::new`] says.
+    /// Every change that cannot be made. Whether the changed notches leave anything of a tube, [`Robot::from_design`] says.
     pub fn changed(&self, mut design: RobotDesign) -> Result<RobotDesign, Vec<String>> {
         let mut problems = Vec::new();
         let count = design.tubes.len();

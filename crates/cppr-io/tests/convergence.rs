@@ -2,14 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
 use cppr::design::Robot;
-use cppr::solve::{Command, Settings, Status, Workspace, solve};
+use cppr::solve::{Command, Settings, Solver, Status};
 use cppr::statics::Loads;
 
 fn robot(name: &str) -> Robot {
     let path = format!("{}/../../robots/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Robot::new(cppr_io::robot_file::read(path).unwrap().design).unwrap()
+    Robot::from_design(cppr_io::robot_file::read(path).unwrap().design).unwrap()
 }
 
 /// Pulls (mm), tip force (N).
@@ -36,17 +35,16 @@ const CASES: &[Case] = &[
 
 #[test]
 fn the_default_resolution_is_within_1e_4_of_the_converged_tip() {
-    let mut workspace = Workspace::new();
     for &(name, motions, force) in CASES {
         let robot = robot(name);
         let motions: Vec<f64> = motions.iter().map(|a| a * 1e-3).collect();
         let command = Command::pull(&motions).with_loads(Loads::tip_force(Vector3::from(force)));
-        let mut tip = |settings: &Settings| {
-            let found = solve(&robot, &mut workspace, &command, settings).unwrap();
-            assert_eq!(found.status, Status::Converged, "{name} {motions:?} {force:?}");
-            assert_eq!(found.statistics.load_steps, 0, "{name} {motions:?} needed load stepping");
-            assert!(found.statistics.iterations <= 10, "{name} {motions:?}: {:?}", found.statistics);
-            tip_pose(&robot, &mut workspace, &found).1
+        let tip = |settings: &Settings| {
+            let found = Solver::with_settings(&robot, *settings).unwrap().solve(&command).unwrap();
+            assert_eq!(found.status(), Status::Converged, "{name} {motions:?} {force:?}");
+            assert_eq!(found.statistics().load_steps, 0, "{name} {motions:?} needed load stepping");
+            assert!(found.statistics().iterations <= 10, "{name} {motions:?}: {:?}", found.statistics());
+            found.tip().centre
         };
         let settings = Settings::default();
         let coarse = tip(&settings);

@@ -67,7 +67,7 @@ fn the_prototypes_of_table_1() {
 fn every_shipped_robot_can_be_built() {
     for name in ["r1", "r2", "r3", "r4", "childs2", "childs3", "helicoid"] {
         let design = shipped(&format!("{name}.toml")).design;
-        let robot = Robot::new(design).unwrap_or_else(|problems| panic!("{name}: {problems:?}"));
+        let robot = Robot::from_design(design).unwrap_or_else(|problems| panic!("{name}: {problems:?}"));
         assert_eq!(robot.is_planar(), !["childs3", "helicoid"].contains(&name), "{name}");
     }
 }

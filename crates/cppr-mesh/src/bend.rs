@@ -8,8 +8,7 @@ use crate::error::MeshError;
 use crate::mesh::Mesh;
 use crate::tube::{Detail, TubeOptions, tube_mesh};
 use cppr::analysis::{Section, Shape};
-use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Workspace};
+use cppr::solve::{Equilibrium, Solver};
 use cppr::{Matrix3, Vector3};
 use cppr_io::RobotFile;
 
@@ -27,8 +26,7 @@ const FEWEST: f64 = 60.0;
 /// [`MeshError`]: a tube has no geometry, or tolerance or length make no sense.
 pub fn bent_tubes(
     file: &RobotFile,
-    robot: &Robot,
-    workspace: &mut Workspace,
+    solver: &mut Solver,
     found: &Equilibrium,
     tolerance: f64,
     below: f64,
@@ -36,7 +34,7 @@ pub fn bent_tubes(
     if !(0.0..=MeshError::LARGEST).contains(&below) {
         return Err(MeshError::Length { quantity: "the length below the plate", value: below });
     }
-    let shape = Shape::sampled(robot, workspace, found, SAMPLES);
+    let (robot, shape) = (found.robot(), solver.shape(found, SAMPLES));
     (0..robot.tube_count())
         .map(|tube| {
             let reach = file.tubes.get(tube).and_then(|t| t.outer_radius).unwrap_or_default();
@@ -48,7 +46,7 @@ pub fn bent_tubes(
                 ..TubeOptions::plain(Detail { chord: tolerance, turn: TURN, step })
             };
             let mut mesh = tube_mesh(file, tube, &options)?;
-            bend_along(&mut mesh, robot, workspace, found, &shape, tube);
+            bend_along(&mut mesh, solver, found, &shape, tube);
             Ok(mesh)
         })
         .collect()
@@ -71,24 +69,18 @@ struct Place {
 
 /// Moves the vertices of tube `tube` (from 0) from their places at rest, as [`tube_mesh`] gives them, to those in a
 /// solved robot. Facets are as straight as the mesh is fine along the axis ([`Detail::step`]).
-pub fn bend(mesh: &mut Mesh, robot: &Robot, workspace: &mut Workspace, found: &Equilibrium, tube: usize) {
-    let shape = Shape::sampled(robot, workspace, found, SAMPLES);
-    bend_along(mesh, robot, workspace, found, &shape, tube);
+pub fn bend(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, tube: usize) {
+    let shape = solver.shape(found, SAMPLES);
+    bend_along(mesh, solver, found, &shape, tube);
 }
 
-fn bend_along(
-    mesh: &mut Mesh,
-    robot: &Robot,
-    workspace: &mut Workspace,
-    found: &Equilibrium,
-    shape: &Shape,
-    tube: usize,
-) {
+fn bend_along(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, shape: &Shape, tube: usize) {
+    let robot = found.robot();
     let mut abscissae: Vec<f64> = mesh.positions.iter().map(|p| p[0]).collect();
     abscissae.sort_by(f64::total_cmp);
     abscissae.dedup_by(|a, b| a.total_cmp(b).is_eq());
     let labels: Vec<f64> = abscissae.iter().map(|&x| label(shape, tube, x)).collect();
-    let sections = Shape::at(robot, workspace, found, &labels).sections;
+    let sections = solver.shape_at(found, &labels).sections;
     let places: Vec<Place> = sections
         .iter()
         .zip(&abscissae)

@@ -6,23 +6,23 @@ mod common;
 use common::shipped;
 use cppr::analysis::Shape;
 use cppr::design::{BelowPlate, Robot, TubeDesign};
-use cppr::solve::{Command, Drive, Equilibrium, Settings, Workspace, solve};
+use cppr::solve::{Command, Drive, Equilibrium, Solver};
 use cppr::{Matrix3, Vector3};
 use cppr_io::RobotFile;
 use cppr_mesh::{Detail, Flaws, Mesh, TubeOptions, bend, bent_tubes, tube_mesh, tube_volume};
 
 const MM: f64 = 1e-3;
 
-fn solved(name: &str, pull: f64, turn: f64) -> (RobotFile, Robot, Workspace, Equilibrium) {
+fn solved(name: &str, pull: f64, turn: f64) -> (RobotFile, Robot, Solver, Equilibrium) {
     let file = shipped(name);
-    let robot = Robot::new(file.design.clone()).unwrap();
+    let robot = Robot::from_design(file.design.clone()).unwrap();
     let mut command = Command::held(&robot);
     command.actuators[0].push_pull = Drive::Motion(pull);
     command.actuators[0].rotation = Drive::Motion(turn);
-    let mut workspace = Workspace::new();
-    let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
-    assert!(found.status.is_equilibrium(), "{}", found.status);
-    (file, robot, workspace, found)
+    let mut solver = Solver::new(&robot);
+    let found = solver.solve(&command).unwrap();
+    assert!(found.status().is_equilibrium(), "{}", found.status());
+    (file, robot, solver, found)
 }
 
 /// By what a tube's volume (m³) grows when it bends: ∫A (|dc/dx| − κ_Z D − 1) dx, D being that of the section.
@@ -52,10 +52,10 @@ fn growth(file: &RobotFile, shape: &Shape, tube: usize) -> f64 {
 fn bent_tubes_are_closed_and_change_their_volume_as_the_model_says() {
     for (name, pull, turn) in [("r1", 5.0, 0.0), ("r3", -8.0, 0.0), ("helicoid", 10.0, 0.0), ("r2", 2.0, 1.0)]
     {
-        let (file, robot, mut workspace, found) = solved(name, pull * MM, turn);
+        let (file, _robot, mut solver, found) = solved(name, pull * MM, turn);
         let below = 20.0 * MM;
-        let bent = bent_tubes(&file, &robot, &mut workspace, &found, 0.02 * MM, below).unwrap();
-        let shape = Shape::sampled(&robot, &mut workspace, &found, 6001);
+        let bent = bent_tubes(&file, &mut solver, &found, 0.02 * MM, below).unwrap();
+        let shape = solver.shape(&found, 6001);
         let sharp: Vec<f64> = (0..2).map(|tube| bent[tube].bounds()[0][0]).collect();
         assert!((sharp[1] + below + pull * MM).abs() < 1e-6, "the follower ends at {sharp:?}");
         for (tube, mesh) in bent.iter().enumerate() {
@@ -65,7 +65,7 @@ fn bent_tubes_are_closed_and_change_their_volume_as_the_model_says() {
             let options = TubeOptions { below, ..TubeOptions::plain(Detail::drawing(0.5 * MM)) };
             let rest = tube_mesh(&file, tube, &options).unwrap();
             let mut mesh = rest.clone();
-            bend(&mut mesh, &robot, &mut workspace, &found, tube);
+            bend(&mut mesh, &mut solver, &found, tube);
             let total = tube_volume(&file, tube, &options).unwrap();
             let (got, want) = (mesh.volume() / rest.volume() - 1.0, growth(&file, &shape, tube) / total);
             assert!((got - want).abs() < 3e-4, "{name}, tube {}: {got} {want}", tube + 1);
@@ -79,8 +79,8 @@ fn bent_tubes_are_closed_and_change_their_volume_as_the_model_says() {
 #[test]
 fn fibres_have_the_length_that_their_distance_from_the_centroid_says() {
     for pull in [5.0, -5.0] {
-        let (file, robot, mut workspace, found) = solved("r1", pull * MM, 0.0);
-        let shape = Shape::sampled(&robot, &mut workspace, &found, 3);
+        let (file, robot, mut solver, found) = solved("r1", pull * MM, 0.0);
+        let shape = solver.shape(&found, 3);
         for tube in 0..2 {
             let options = TubeOptions {
                 below: 10.0 * MM,
@@ -88,7 +88,7 @@ fn fibres_have_the_length_that_their_distance_from_the_centroid_says() {
             };
             let rest = tube_mesh(&file, tube, &options).unwrap();
             let mut mesh = rest.clone();
-            bend(&mut mesh, &robot, &mut workspace, &found, tube);
+            bend(&mut mesh, &mut solver, &found, tube);
             let radius = file.tubes[tube].outer_radius.unwrap();
             let side = if tube == 0 { radius } else { -radius };
             let mut fibre: Vec<(f64, Vector3<f64>)> = rest
@@ -122,11 +122,9 @@ fn fibres_have_the_length_that_their_distance_from_the_centroid_says() {
 /// All tubes end in the tip's plane, around its centre.
 #[test]
 fn tubes_meet_at_the_tip() {
-    let (file, robot, mut workspace, found) = solved("helicoid", 10.0 * MM, 0.5);
-    let (rotation, centre) = cppr::analysis::shape::tip_pose(&robot, &mut workspace, &found);
-    for (tube, mesh) in
-        bent_tubes(&file, &robot, &mut workspace, &found, 0.02 * MM, 0.0).unwrap().iter().enumerate()
-    {
+    let (file, _robot, mut solver, found) = solved("helicoid", 10.0 * MM, 0.5);
+    let cppr::kinematics::TipPose { rotation, centre } = solver.tip(&found);
+    for (tube, mesh) in bent_tubes(&file, &mut solver, &found, 0.02 * MM, 0.0).unwrap().iter().enumerate() {
         let radius = file.tubes[tube].outer_radius.unwrap();
         let local = |p: &[f64; 3]| rotation.transpose() * (Vector3::from(*p) - centre);
         let on_rim = |mesh: &Mesh| {
@@ -144,11 +142,11 @@ fn tubes_meet_at_the_tip() {
 
 #[test]
 fn a_robot_at_rest_is_the_tubes_at_rest() {
-    let (file, robot, mut workspace, found) = solved("r3", 0.0, 0.0);
+    let (file, _robot, mut solver, found) = solved("r3", 0.0, 0.0);
     for tube in 0..2 {
         let rest = tube_mesh(&file, tube, &TubeOptions::plain(Detail::drawing(1.0 * MM))).unwrap();
         let mut mesh = rest.clone();
-        bend(&mut mesh, &robot, &mut workspace, &found, tube);
+        bend(&mut mesh, &mut solver, &found, tube);
         for (p, q) in rest.positions.iter().zip(&mesh.positions) {
             assert!((Vector3::from(*p) - Vector3::from(*q)).norm() < 1e-9, "{p:?} {q:?}");
         }

@@ -2,12 +2,9 @@
 
 use crate::PaperError;
 use cppr::analysis::Shape;
-use cppr::analysis::stability::stability;
 use cppr::design::{Robot, RobotDesign, TubeDesign};
 use cppr::kinematics::Resolution;
-use cppr::solve::{
-    Actuator, Command, Drive, Equilibrium, Formulation, Settings, Status, Workspace, solve, solve_from,
-};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Formulation, Settings, Solver, Status};
 use cppr_plot::{Colouring, Figure, Line, Part, Pose, ShapeInput, shape_figure};
 
 /// Sections along a drawn line.
@@ -37,8 +34,7 @@ pub fn design(name: &str) -> Result<RobotDesign, PaperError> {
 
 /// A robot from a design that was changed.
 pub fn build(design: RobotDesign) -> Result<Robot, PaperError> {
-    Robot::new(design)
-        .map_err(|p| PaperError(p.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")))
+    Robot::from_design(design).map_err(|problems| PaperError(problems.to_string()))
 }
 
 /// A shipped robot.
@@ -92,7 +88,7 @@ impl Solved {
 
     /// T of follower 2 (N).
     pub fn tension(&self) -> f64 {
-        self.found.actuators[0].tension
+        self.found.actuators()[0].tension
     }
 
     /// As lines of a figure.
@@ -113,17 +109,17 @@ pub fn solved_from(
     settings: &Settings,
     start: Option<&Equilibrium>,
 ) -> Result<Solved, PaperError> {
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(robot, *settings).map_err(|e| PaperError(e.to_string()))?;
     let found = match start {
-        Some(start) => solve_from(robot, &mut workspace, command, settings, start),
-        None => solve(robot, &mut workspace, command, settings),
+        Some(start) => solver.solve_from(command, start),
+        None => solver.solve(command),
     };
     let found = found.map_err(|e| PaperError(e.to_string()))?;
-    if let Status::NotConverged(_) = found.status {
-        return Err(PaperError(format!("{}: {}", robot.design().name, found.status)));
+    if let Status::NotConverged(_) = found.status() {
+        return Err(PaperError(format!("{}: {}", robot.design().name, found.status())));
     }
-    let shape = Shape::sampled(robot, &mut workspace, &found, SAMPLES);
-    let margin = stability(robot, &mut workspace, &found).map(|s| s.margin);
+    let shape = solver.shape(&found, SAMPLES);
+    let margin = solver.stability(&found).map(|s| s.margin);
     Ok(Solved { found, shape, margin })
 }
 

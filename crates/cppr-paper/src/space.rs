@@ -91,8 +91,8 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
                 cell(a[0], 3),
                 cell(a[1], 3),
                 cell(a[2], 3),
-                cell(ours.found.actuators[0].tension, 3),
-                cell(ours.found.actuators[1].tension, 3),
+                cell(ours.found.actuators()[0].tension, 3),
+                cell(ours.found.actuators()[1].tension, 3),
                 cell(distance(a, b) / robot.length() * 0.1, 2),
             ]);
             tips.push([a[1], a[2]]);
@@ -195,7 +195,7 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
             let angle = tip.rotation[(2, 1)].atan2(tip.rotation[(1, 1)]).to_degrees();
             let line = turn / (1.0 + ratio);
             page.number(format!("{which}/{turn}deg/tip_turn_deg"), angle);
-            page.number(format!("{which}/{turn}deg/torque_Nmm"), ours.found.actuators[0].torque * 1e3);
+            page.number(format!("{which}/{turn}deg/torque_Nmm"), ours.found.actuators()[0].torque * 1e3);
             page.number(format!("{which}/{turn}deg/tip_x_mm"), ours.centre_mm()[0]);
             if turn > 0.0 {
                 rows.push(vec![
@@ -204,7 +204,7 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
                     cell(turn, 0),
                     cell(angle, 2),
                     cell(line, 2),
-                    cell(ours.found.actuators[0].torque * 1e3, 2),
+                    cell(ours.found.actuators()[0].torque * 1e3, 2),
                     cell(ours.centre_mm()[0], 3),
                 ]);
             }
@@ -329,7 +329,7 @@ pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
                     cell(a[1], 2),
                     cell(a[2], 2),
                     cell(ours.tension(), 3),
-                    cell(ours.found.actuators[0].torque * 1e3, 2),
+                    cell(ours.found.actuators()[0].torque * 1e3, 2),
                     cell(distance(a, few.centre_mm()) / robot.length() * 0.1, 3),
                     cell(distance(a, b) / robot.length() * 0.1, 2),
                 ]);

@@ -6,10 +6,9 @@ use crate::design::pick;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
-use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing, trace_from};
+use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing};
 use cppr::analysis::{
     Bound as Why, Freedom, Governing, Input, Limit, Place, RangeEnd, SectionLimit, Teeth, governing,
-    safe_part, safe_ranges, section_limits, stability::stability,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
@@ -66,9 +65,9 @@ pub fn limits<'py>(
     let teeth = self::teeth(py, teeth)?;
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
     let (sections, margin) = py.detach(|| {
-        shared.with(|robot, workspace| {
-            let sections = section_limits(robot, workspace, found, teeth);
-            (sections, stability(robot, workspace, found).map(|s| s.margin))
+        shared.with(|solver| {
+            let sections = solver.section_limits(found, teeth);
+            (sections, solver.stability(found).map(|s| s.margin))
         })
     });
     let list = sections.iter().map(|s| section(py, s)).collect::<PyResult<Vec<_>>>()?;
@@ -92,8 +91,8 @@ pub fn ranges<'py>(
     teeth: &str,
 ) -> PyResult<Bound<'py, PyList>> {
     let teeth = self::teeth(py, teeth)?;
-    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let ranges = analysed(py, |w| safe_ranges(&shared.robot, w, &found.command, &found.settings, teeth))?;
+    let (_shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let ranges = analysed(py, found, |w| w.safe_ranges(found.command(), teeth))?;
     let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
     let list = ranges.iter().map(|r| {
         let (means, tube) = input(&r.input);
@@ -110,8 +109,8 @@ pub fn part<'py>(
     teeth: &str,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let teeth = self::teeth(py, teeth)?;
-    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let part = analysed(py, |w| safe_part(&shared.robot, w, &found.command, &found.settings, teeth))?;
+    let (_shared, found) = (&equilibrium.shared, &equilibrium.found);
+    let part = analysed(py, found, |w| w.safe_part(found.command(), teeth))?;
     end(py, &part.map_err(|problem| errors::command(py, problem))?)
 }
 
@@ -127,7 +126,7 @@ pub fn trace<'py>(
     depth: usize,
 ) -> PyResult<Bound<'py, PyList>> {
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let first = found.command.clone();
+    let first = found.command().clone();
     let mut last = first.clone();
     Asked { drives: drives.each_ref().map(Option::as_ref), ..Asked::default() }
         .put(&shared.robot, &mut last)?;
@@ -138,9 +137,9 @@ pub fn trace<'py>(
         }
         Some(factor) => Family::load(first, 1.0, factor),
     };
-    let tracing = Tracing { settings: found.settings, step, points, depth, ..Tracing::default() };
+    let tracing = Tracing { step, points, depth, ..Tracing::default() };
     let family = family.map_err(|problem| errors::command(py, problem))?;
-    let branches = analysed(py, |w| trace_from(&shared.robot, w, &family, &tracing, found))?;
+    let branches = analysed(py, found, |w| w.trace_from(&family, &tracing, found))?;
     let branches = branches.map_err(|problem| errors::command(py, problem))?;
     PyList::new(py, branches.into_iter().map(|b| branch(py, &equilibrium, b)).collect::<PyResult<Vec<_>>>()?)
 }

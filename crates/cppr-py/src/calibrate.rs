@@ -2,10 +2,11 @@
 
 use crate::errors;
 use crate::robot::Robot;
-use crate::watch::analysed;
+use crate::watch::stoppable;
 use cppr_calibrate::{Parameter, fit, read};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 /// Fits parameters; the result's fields by name.
 #[pyfunction]
@@ -26,7 +27,7 @@ pub fn calibrate<'py>(
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
     let designs: Vec<_> = robots.iter().map(|r| r.shared.robot.design().clone()).collect();
-    let found = analysed(py, |w| fit(&designs, w, &measurements, &list))?;
+    let found = stoppable(py, |stop| fit(&designs, &measurements, &list, Some(Arc::clone(stop))))?;
     let found = found.map_err(|problem| refuse(problem.to_string()))?;
     let fitted = found
         .designs

@@ -3,9 +3,10 @@
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table};
 use crate::robot::{Robot, Shared};
 use crate::{analysis, command, errors};
-use cppr::analysis::{Section, Sensitivity, sensitivity, shape, stability::stability, total_bend};
+use cppr::Vector3;
+use cppr::analysis::{Section, Sensitivity, total_bend};
+use cppr::kinematics::TipPose;
 use cppr::solve::{ActuatorState, Status};
-use cppr::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -23,7 +24,7 @@ const MOST: usize = 1_000_000;
 pub struct Equilibrium {
     pub shared: Arc<Shared>,
     pub found: cppr::solve::Equilibrium,
-    tip: OnceLock<(Matrix3<f64>, Vector3<f64>)>,
+    tip: OnceLock<TipPose>,
     derivatives: OnceLock<Option<Sensitivity>>,
     critical: OnceLock<(f64, Vector3<f64>)>,
     shape: OnceLock<Py<Shape>>,
@@ -49,15 +50,14 @@ impl Equilibrium {
         Err(PyValueError::new_err("start is an equilibrium of another robot; give one of this robot"))
     }
 
-    fn tip(&self) -> &(Matrix3<f64>, Vector3<f64>) {
-        self.tip.get_or_init(|| self.shared.with(|robot, w| shape::tip_pose(robot, w, &self.found)))
+    fn tip(&self) -> &TipPose {
+        self.tip.get_or_init(|| self.shared.with(|w| w.tip(&self.found)))
     }
 
     fn derivatives(&self, py: Python<'_>) -> PyResult<&Sensitivity> {
-        let found =
-            self.derivatives.get_or_init(|| self.shared.with(|robot, w| sensitivity(robot, w, &self.found)));
+        let found = self.derivatives.get_or_init(|| self.shared.with(|w| w.sensitivity(&self.found).ok()));
         found.as_ref().ok_or_else(|| {
-            let text = if self.found.status.is_equilibrium() {
+            let text = if self.found.status().is_equilibrium() {
                 "the tangent is singular: the equilibrium stands at a fold, where it has no derivative"
             } else {
                 "there is no equilibrium to differentiate"
@@ -69,16 +69,16 @@ impl Equilibrium {
     /// Margin to instability, and where the tip goes under the critical mode.
     fn critical(&self) -> &(f64, Vector3<f64>) {
         self.critical.get_or_init(|| {
-            let judged = self.shared.with(|robot, w| {
-                let own = stability(robot, w, &self.found)?;
-                Some((own.margin, own.tip_direction(robot, w, &self.found)))
+            let judged = self.shared.with(|w| {
+                let own = w.stability(&self.found)?;
+                Some((own.margin, own.tip_direction))
             });
             judged.unwrap_or((f64::NAN, Vector3::repeat(f64::NAN)))
         })
     }
 
     fn actuators<'py>(&self, py: Python<'py>, get: fn(&ActuatorState) -> f64) -> Bound<'py, PyArray1<f64>> {
-        line(py, self.found.actuators.iter().map(get))
+        line(py, self.found.actuators().iter().map(get))
     }
 }
 
@@ -91,7 +91,7 @@ impl Equilibrium {
 
     #[getter]
     fn status(&self) -> &'static str {
-        match self.found.status {
+        match self.found.status() {
             Status::Converged => "converged",
             Status::Unstable => "unstable",
             Status::NotConverged(_) => "not converged",
@@ -100,17 +100,17 @@ impl Equilibrium {
 
     #[getter]
     fn stable(&self) -> bool {
-        self.found.status == Status::Converged
+        self.found.status() == Status::Converged
     }
 
     #[getter]
     fn tip_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        line(py, self.tip().1.iter().copied())
+        line(py, self.tip().centre.iter().copied())
     }
 
     #[getter]
     fn tip_rotation(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
-        matrix(py, &self.tip().0)
+        matrix(py, &self.tip().rotation)
     }
 
     #[getter]
@@ -135,12 +135,12 @@ impl Equilibrium {
 
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        command::loads(py, &self.found.command.loads)
+        command::loads(py, &self.found.command().loads)
     }
 
     #[getter]
     fn elastic_energy(&self) -> f64 {
-        self.found.elastic_energy
+        self.found.elastic_energy()
     }
 
     #[getter]
@@ -150,22 +150,22 @@ impl Equilibrium {
 
     #[getter]
     fn residual(&self) -> f64 {
-        self.found.residual
+        self.found.residual()
     }
 
     #[getter]
     fn iterations(&self) -> usize {
-        self.found.statistics.iterations
+        self.found.statistics().iterations
     }
 
     #[getter]
     fn evaluations(&self) -> usize {
-        self.found.statistics.evaluations
+        self.found.statistics().evaluations
     }
 
     #[getter]
     fn load_steps(&self) -> usize {
-        self.found.statistics.load_steps
+        self.found.statistics().load_steps
     }
 
     #[getter]
@@ -247,13 +247,12 @@ impl Equilibrium {
                 "x is {outside} m; the robot reaches from 0 to {length} m"
             )));
         }
-        let sampled =
-            py.detach(|| self.shared.with(|robot, w| shape::Shape::at(robot, w, &self.found, &labels)));
+        let sampled = py.detach(|| self.shared.with(|w| w.shape_at(&self.found, &labels)));
         Shape::new(py, &sampled.sections, self.shared.robot.tube_count())
     }
 
     fn __repr__(&self) -> String {
-        let p = self.tip().1 * 1e3;
+        let p = self.tip().centre * 1e3;
         let mut text = format!(
             "Equilibrium({}: {}; tip ({:.3}, {:.3}, {:.3}) mm",
             self.shared.robot.design().name,
@@ -262,7 +261,7 @@ impl Equilibrium {
             p.y,
             p.z
         );
-        for (f, a) in self.found.actuators.iter().enumerate() {
+        for (f, a) in self.found.actuators().iter().enumerate() {
             let _ = write!(
                 text,
                 "; tube {}: {:.3} mm, {:.4} N, {:.4} rad, {:.4} N mm",

@@ -8,11 +8,8 @@ use crate::command::{Means, tube_number};
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
-use cppr::analysis::inverse::{
-    Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within, reach as reach_for,
-    sense as sense_from, shape_match,
-};
-use cppr::analysis::{Freedom, Teeth, safe_ranges};
+use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within};
+use cppr::analysis::{Freedom, Teeth};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::fmt::Display;
@@ -21,8 +18,7 @@ use std::sync::Arc;
 /// The inputs that may be chosen.
 fn free(py: Python<'_>, equilibrium: &Equilibrium) -> PyResult<Vec<FreeInput>> {
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let ranges =
-        analysed(py, |w| safe_ranges(&shared.robot, w, &found.command, &found.settings, Teeth::Rigid))?;
+    let ranges = analysed(py, found, |w| w.safe_ranges(found.command(), Teeth::Rigid))?;
     let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
     Ok(free_within(&shared.robot, &ranges))
 }
@@ -65,10 +61,8 @@ pub fn reach<'py>(
     let read = |what: &str, value: Option<Bound<'py, PyAny>>| value.map(|v| vector(what, &v)).transpose();
     let target = Target { position: read("position", position)?, direction: read("direction", direction)? };
     let free = free(py, &equilibrium)?;
-    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
-    let answer = analysed(py, |w| {
-        reach_for(&shared.robot, w, &from.command, &from.settings, &free, &target, &Accuracy::default())
-    })?;
+    let found = &equilibrium.found;
+    let answer = analysed(py, found, |w| w.reach(found.command(), &free, &target, &Accuracy::default()))?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
     own.set_item("reached", answer.reached)?;
@@ -98,9 +92,8 @@ pub fn match_shape<'py>(
         })
         .collect();
     let free = free(py, &equilibrium)?;
-    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
-    let answer =
-        analysed(py, |w| shape_match(&shared.robot, w, &from.command, &from.settings, &free, &points))?;
+    let found = &equilibrium.found;
+    let answer = analysed(py, found, |w| w.shape_match(found.command(), &free, &points))?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
     known(py, &own, &answer.uncertainty)?;
@@ -147,16 +140,14 @@ pub fn sense<'py>(
     if let Some(direction) = direction {
         measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
     }
-    let (shared, from) = (&equilibrium.shared, &equilibrium.found);
-    let answer = py.detach(|| {
-        shared.with(|robot, w| sense_from(robot, w, &from.command, &from.settings, &measured, moment))
-    });
+    let found = &equilibrium.found;
+    let answer = analysed(py, found, |w| w.sense(found.command(), &measured, moment))?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = PyDict::new(py);
     own.set_item("force", line(py, answer.force.iter().copied()))?;
     own.set_item("moment", line(py, answer.moment.iter().copied()))?;
     own.set_item("misses", line(py, answer.misses.iter().copied()))?;
     known(py, &own, &answer.uncertainty)?;
-    own.set_item("equilibrium", Equilibrium::new(Arc::clone(shared), answer.equilibrium))?;
+    own.set_item("equilibrium", Equilibrium::new(Arc::clone(&equilibrium.shared), answer.equilibrium))?;
     Ok(own)
 }

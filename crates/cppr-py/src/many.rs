@@ -7,10 +7,10 @@ use crate::command::{Asked, Means, Taken};
 use crate::errors;
 use crate::robot::{Robot, Shared};
 use crate::watch::watched;
-use cppr::analysis::{Shape, sensitivity};
-use cppr::solve::{Command, CommandProblem, Poses, Reason, Settings, Solved, Start, Status};
+use cppr::many::{Solved, Start};
+use cppr::solve::{Command, CommandProblem, Reason, Solver, Status};
 use cppr::statics::Wrench;
-use cppr_sweep::ONE_BLOCK;
+use cppr_sweep::{ONE_BLOCK, Poses};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -29,7 +29,7 @@ pub struct Extras {
 struct Job<'a> {
     shared: &'a Shared,
     base: &'a Command,
-    settings: &'a Settings,
+    solver: &'a Solver,
     columns: Vec<(Means, usize, &'a [f64])>,
     force: Option<&'a [f64]>,
     moment: Option<&'a [f64]>,
@@ -58,27 +58,26 @@ impl Job<'_> {
         let mut command = self.base.clone();
         (0..poses).find_map(|pose| {
             self.set(&mut command, pose);
-            command.check(&self.shared.robot, self.settings).err().map(|problem| (pose, problem))
+            self.solver.check(&command).err().map(|problem| (pose, problem))
         })
     }
 
     /// One row: status, iterations, energy, tip position and rotation, actuators; then the extras.
     fn write(&self, row: &mut [f64], mut solved: Solved<'_>) {
-        let Solved { equilibrium: found, rotation, centre, .. } = solved;
-        let robot = &self.shared.robot;
-        row[0] = match found.status {
+        let Solved { equilibrium: found, tip, .. } = solved;
+        row[0] = match found.status() {
             Status::Converged => 0.0,
             Status::Unstable => 1.0,
             Status::NotConverged(Reason::Edges) => 3.0,
             Status::NotConverged(_) => 2.0,
         };
-        row[1] = found.statistics.iterations as f64;
-        if !found.status.is_equilibrium() {
+        row[1] = found.statistics().iterations as f64;
+        if !found.status().is_equilibrium() {
             return;
         }
-        let head = [found.elastic_energy].into_iter().chain(centre.iter().copied());
-        let head = head.chain((0..9).map(|i| rotation[(i / 3, i % 3)]));
-        let states = || found.actuators.iter();
+        let head = [found.elastic_energy()].into_iter().chain(tip.centre.iter().copied());
+        let head = head.chain((0..9).map(|i| tip.rotation[(i / 3, i % 3)]));
+        let states = || found.actuators().iter();
         let mut values = head
             .chain(states().map(|a| a.motion))
             .chain(states().map(|a| a.rotation))
@@ -92,9 +91,9 @@ impl Job<'_> {
             }
         }
         if self.extras.jacobian {
-            let inputs = 2 * found.actuators.len();
-            let own = sensitivity(robot, solved.workspace, found);
-            for i in 0..6 * inputs + 36 {
+            let inputs = 2 * found.actuators().len();
+            let own = solved.solver.sensitivity(found).ok();
+            for i in 0..6_usize * inputs + 36 {
                 if let (Some(cell), Some(s)) = (cells.next(), &own) {
                     let j = i.checked_sub(6 * inputs);
                     *cell = j.map_or_else(
@@ -110,7 +109,7 @@ impl Job<'_> {
             *cell = own;
         }
         if self.extras.sections > 0 {
-            let shape = Shape::sampled(robot, solved.workspace, found, self.extras.sections);
+            let shape = solved.solver.shape(found, self.extras.sections);
             for (cell, value) in cells.zip(shape.sections.iter().flat_map(|s| s.centre.iter())) {
                 *cell = *value;
             }
@@ -119,8 +118,7 @@ impl Job<'_> {
 
     fn run(&self, out: &mut [f64], width: usize, done: &AtomicUsize, cancelled: &AtomicBool) {
         let mut rows: Vec<&mut [f64]> = out.chunks_mut(width).collect();
-        let (robot, settings, base) = (&self.shared.robot, self.settings, self.base);
-        let poses = Poses { robot, settings, base, start: Start::Rest };
+        let poses = Poses { solver: self.solver, base: self.base, start: Start::Rest };
         let _ = cppr_sweep::solve_many(
             &poses,
             &self.shared.many,
@@ -175,13 +173,14 @@ pub fn solve_many(
     if tip_force.is_some() || tip_moment.is_some() {
         base.loads.wrenches.push(Wrench::tip_force(cppr::Vector3::zeros()));
     }
+    let solver = Solver::with_settings(core, settings).map_err(|problem| errors::command(py, problem))?;
     let extras = Extras { jacobian, margin: stability, sections };
     let (poses, width) = (out.as_array().nrows(), width(core.follower_count(), extras));
     let mut taken = Taken::new(core);
     let mut job = Job {
         shared: &robot.shared,
         base: &base,
-        settings: &settings,
+        solver: &solver,
         columns: Vec::with_capacity(columns.len()),
         force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
         moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,

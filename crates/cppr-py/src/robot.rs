@@ -7,7 +7,7 @@ use crate::equilibrium::Equilibrium;
 use crate::errors;
 use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
-use cppr::solve::{Workspace, solve, solve_from};
+use cppr::solve::{SettingsProblem, Solver};
 use cppr_io::robot_file;
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
@@ -16,22 +16,22 @@ use pyo3::types::{PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A robot and the workspaces that its solves have used: as many as ever ran at the same time.
+/// A robot and the solvers that have worked on it: as many as ever ran at the same time.
 pub struct Shared {
     pub robot: cppr::design::Robot,
-    idle: Mutex<Vec<Workspace>>,
+    idle: Mutex<Vec<Solver>>,
     /// The same for many poses in one call.
     pub many: Memory,
 }
 
 impl Shared {
-    /// Runs with a workspace of the robot's own. The lock is held to take and to give back, never in between.
-    pub fn with<R>(&self, run: impl FnOnce(&cppr::design::Robot, &mut Workspace) -> R) -> R {
+    /// Runs with a solver of the robot. The lock is held to take and to give back, never in between.
+    pub fn with<R>(&self, run: impl FnOnce(&mut Solver) -> R) -> R {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = idle().pop();
-        let mut workspace = taken.unwrap_or_default();
-        let result = run(&self.robot, &mut workspace);
-        idle().push(workspace);
+        let mut solver = taken.unwrap_or_else(|| Solver::new(&self.robot));
+        let result = run(&mut solver);
+        idle().push(solver);
         result
     }
 }
@@ -46,8 +46,8 @@ impl Robot {
     /// Checks a design.
     pub fn build(py: Python<'_>, design: RobotDesign) -> PyResult<Self> {
         let robot = py
-            .detach(|| cppr::design::Robot::new(design))
-            .map_err(|problems| errors::design(py, &problems))?;
+            .detach(|| cppr::design::Robot::from_design(design))
+            .map_err(|problems| errors::design(py, &problems.0))?;
         Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default(), many: Memory::new() }) })
     }
 
@@ -175,14 +175,18 @@ impl Robot {
         let (command, settings) = asked.read(&self.shared.robot)?;
         let start = start.as_ref().map(|start| start.start(&self.shared)).transpose()?;
         let found = py.detach(|| {
-            self.shared.with(|robot, workspace| match start {
-                None => solve(robot, workspace, &command, &settings),
-                Some(start) => solve_from(robot, workspace, &command, &settings, start),
+            self.shared.with(|solver| {
+                solver.set_settings(settings)?;
+                Ok(match start {
+                    None => solver.solve(&command),
+                    Some(start) => solver.solve_from(&command, start),
+                })
             })
         });
+        let found = found.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
         let found = found.map_err(|problem| errors::refused(py, &problem))?;
-        let status = found.status;
-        let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &command, found.status));
+        let status = found.status();
+        let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &command, found.status()));
         let found = Equilibrium::new(Arc::clone(&self.shared), found).into_pyobject(py)?;
         match why {
             None => Ok(found),

@@ -2,9 +2,9 @@
 
 use crate::command::settings;
 use crate::robot::Robot;
-use cppr::analysis::shape;
-use cppr::solve::{Command, Drive, Poses, Start, solve};
-use cppr_sweep::solve_many;
+use cppr::many::Start;
+use cppr::solve::{Command, Drive, Solver};
+use cppr_sweep::{Poses, solve_many};
 use pyo3::prelude::*;
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -21,13 +21,16 @@ pub fn time_solves(
     let (settings, _) = settings(options.as_ref())?;
     let shared = &robot.shared;
     Ok(py.detach(|| {
-        shared.with(|robot, workspace| {
+        shared.with(|solver| {
+            if solver.set_settings(settings).is_err() {
+                return f64::NAN;
+            }
             let start = Instant::now();
             for pull in pulls {
-                let mut command = Command::held(robot);
+                let mut command = Command::held(solver.robot());
                 command.actuators[0].push_pull = Drive::Motion(pull);
-                if let Ok(found) = solve(robot, workspace, &command, &settings) {
-                    black_box(shape::tip_pose(robot, workspace, &found));
+                if let Ok(found) = solver.solve(&command) {
+                    black_box(solver.tip(&found));
                 }
             }
             start.elapsed().as_secs_f64()
@@ -49,18 +52,19 @@ pub fn time_many(
     let robot = &shared.robot;
     Ok(py.detach(|| {
         let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { return f64::NAN };
+        let Ok(solver) = Solver::with_settings(robot, settings) else { return f64::NAN };
         let start = Instant::now();
         let mut kept = vec![None; pulls.len()];
         let flow = pool.install(|| {
             solve_many(
-                &Poses { robot, settings: &settings, base: &Command::held(robot), start: Start::Rest },
+                &Poses { solver: &solver, base: &Command::held(robot), start: Start::Rest },
                 &shared.many,
                 &mut kept,
                 |pose, command| command.actuators[0].push_pull = Drive::Motion(pulls[pose]),
                 |_, kept, solved| {
-                    *kept = solved.ok().map(|s| {
-                        (s.equilibrium.status, s.rotation, s.centre, s.equilibrium.actuators.clone())
-                    });
+                    *kept = solved
+                        .ok()
+                        .map(|s| (s.equilibrium.status(), s.tip, s.equilibrium.actuators().to_vec()));
                     ControlFlow::<()>::Continue(())
                 },
             )

@@ -1,6 +1,7 @@
 //! Long work detached from the interpreter, which Ctrl-C and other signals end.
 
-use cppr::solve::Workspace;
+use crate::errors;
+use cppr::solve::{Equilibrium, Solver};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -47,13 +48,23 @@ pub fn watched(
     })
 }
 
-/// Runs one long analysis with a workspace, which is told where to stop.
-pub fn analysed<R: Send>(py: Python<'_>, work: impl FnOnce(&mut Workspace) -> R + Send) -> PyResult<R> {
+/// Runs one long analysis from an equilibrium on, with a solver of its robot that ends where it is told to stop.
+pub fn analysed<R: Send>(
+    py: Python<'_>,
+    found: &Equilibrium,
+    work: impl FnOnce(&mut Solver) -> R + Send,
+) -> PyResult<R> {
+    let solver = Solver::with_settings(found.robot(), *found.settings());
+    let mut solver = solver.map_err(|problem| errors::command(py, problem))?;
+    stoppable(py, |stop| {
+        solver.stop_by(Some(Arc::clone(stop)));
+        work(&mut solver)
+    })
+}
+
+/// Runs what returns soon after the flag is set.
+pub fn stoppable<R: Send>(py: Python<'_>, work: impl FnOnce(&Arc<AtomicBool>) -> R + Send) -> PyResult<R> {
     let mut result = None;
-    watched(py, 0, None, |_, stop| {
-        let mut workspace = Workspace::new();
-        workspace.stop_by(Some(Arc::clone(stop)));
-        result = Some(work(&mut workspace));
-    })?;
+    watched(py, 0, None, |_, stop| result = Some(work(stop)))?;
     result.ok_or_else(|| PyRuntimeError::new_err("the computation broke off: please report this"))
 }

@@ -4,6 +4,7 @@ use crate::axis::{Values, Variable};
 use crate::design::{DesignKeys, KeyProblem};
 use crate::task::{MOST_POSES, Plan, Task};
 use cppr::analysis::Freedom;
+use cppr::solve::SettingsProblem;
 use std::fmt;
 
 /// What is wrong with a task. `axis` is the name of its column.
@@ -25,6 +26,8 @@ pub enum TaskProblem {
     NoSuchInput(String),
     /// A design key.
     Key(KeyProblem),
+    /// The robot cannot be solved with the settings.
+    Settings(SettingsProblem),
 }
 
 impl fmt::Display for TaskProblem {
@@ -47,6 +50,7 @@ impl fmt::Display for TaskProblem {
             }
             Self::NoSuchInput(axis) => write!(f, "{axis}: the robot has no such actuator or load"),
             Self::Key(problem) => problem.fmt(f),
+            Self::Settings(problem) => problem.fmt(f),
         }
     }
 }
@@ -59,6 +63,7 @@ impl Task {
     /// # Errors
     /// The first problem found.
     pub fn check(&self) -> Result<(), TaskProblem> {
+        self.settings.check(&self.robot).map_err(TaskProblem::Settings)?;
         if self.axes.is_empty() {
             return Err(TaskProblem::NoAxis);
         }

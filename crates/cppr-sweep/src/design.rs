@@ -93,8 +93,8 @@ impl DesignKeys {
             }
         }
         let file = cppr_io::robot_file::parse(&self.file.to_string()).map_err(|p| p.to_string())?;
-        Robot::new(file.design)
-            .map_err(|list| list.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+        Robot::from_design(file.design)
+            .map_err(|list| list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     }
 }
 

@@ -18,7 +18,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot_text = std::fs::read_to_string("../../robots/r1.toml")?;
-//! let robot = Robot::new(cppr_io::robot_file::parse(&robot_text)?.design).map_err(|p| format!("{p:?}"))?;
+//! let robot = Robot::from_design(cppr_io::robot_file::parse(&robot_text)?.design)?;
 //! let pull = Variable::Actuator(Input { tube: 2, freedom: Freedom::PushPull, is_motion: true });
 //! let task = Task {
 //!     base: Command::held(&robot),
@@ -63,7 +63,7 @@ pub use design::{DesignKeys, KeyProblem};
 pub use file::{FileOptions, FileProblem, Finished, write_file};
 pub use format::Format;
 pub use journal::parts_of;
-pub use many::{Memory, ONE_BLOCK, solve_many};
+pub use many::{Memory, ONE_BLOCK, Poses, solve_many};
 pub use run::run;
 pub use table::{Chunk, Column, Verdict};
 pub use task::{MOST_POSES, Plan, Task};

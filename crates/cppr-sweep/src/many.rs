@@ -1,6 +1,7 @@
 //! Many poses into memory, side by side and on all threads.
 
-use cppr::solve::{Command, CommandProblem, March, Poses, Solved, march};
+use cppr::many::{March, Solved, Start};
+use cppr::solve::{Command, CommandProblem, Solver};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
@@ -25,24 +26,42 @@ impl Memory {
         Self::default()
     }
 
-    /// The lock is held to take and to give back, never in between.
-    fn lend(&self) -> Lent<'_> {
+    /// Buffers that solve what a solver solves. The lock is held to take and to give back, never in between.
+    fn lend(&self, solver: &Solver) -> Lent<'_> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        Lent { memory: self, march: kept.unwrap_or_default() }
+        let march = match kept {
+            Some(mut march) => {
+                march.solver().copy_task(solver);
+                march
+            }
+            None => March::new(solver.clone()),
+        };
+        Lent { memory: self, march: Some(march) }
     }
 }
 
 /// Buffers that go back where they came from.
 struct Lent<'a> {
     memory: &'a Memory,
-    march: March,
+    march: Option<March>,
 }
 
 impl Drop for Lent<'_> {
     fn drop(&mut self) {
-        let march = std::mem::take(&mut self.march);
-        self.memory.0.lock().unwrap_or_else(PoisonError::into_inner).push(march);
+        let kept = self.march.take();
+        self.memory.0.lock().unwrap_or_else(PoisonError::into_inner).extend(kept);
     }
+}
+
+/// What many poses have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Poses<'a> {
+    /// Robot and settings.
+    pub solver: &'a Solver,
+    /// What does not vary.
+    pub base: &'a Command,
+    /// Where a pose starts.
+    pub start: Start,
 }
 
 /// Solves one pose for every entry of `results`, on the threads of the current pool of rayon.
@@ -50,20 +69,19 @@ impl Drop for Lent<'_> {
 /// `put` puts what varies in a pose into a command that is a copy of `poses.base`, or of an earlier pose. `read` takes every pose
 /// once, with its number and its entry, or why it cannot be asked; when it breaks, no
 /// further block of poses is begun.
-/// Poses next to each other should be neighbours: blocks of them are a [`march()`] each. The numbers do not depend on the threads.
+/// Poses next to each other should be neighbours: blocks of them are a [`March`] each. The numbers do not depend on the threads.
 ///
 /// ```
-/// use cppr::design::Robot;
-/// use cppr::solve::{Actuator, Command, Poses, Settings, Start};
-/// use cppr_sweep::{Memory, solve_many};
+/// use cppr::many::Start;
+/// use cppr::solve::{Actuator, Command, Solver};
+/// use cppr_sweep::{Memory, Poses, solve_many};
 /// use std::ops::ControlFlow;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let text = std::fs::read_to_string("../../robots/r1.toml")?;
-/// let robot = Robot::new(cppr_io::robot_file::parse(&text)?.design).map_err(|p| format!("{p:?}"))?;
+/// let robot = cppr_io::read_robot("../../robots/r1.toml")?;
 /// let pulls: Vec<f64> = (0..1000).map(|i| 5e-6 * f64::from(i)).collect();
-/// let (base, settings) = (Command::held(&robot), Settings::default());
-/// let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Neighbour };
+/// let (base, solver) = (Command::held(&robot), Solver::new(&robot));
+/// let poses = Poses { solver: &solver, base: &base, start: Start::Neighbour };
 /// let mut tips = vec![None; pulls.len()];
 /// let _ = solve_many(
 ///     &poses,
@@ -71,7 +89,7 @@ impl Drop for Lent<'_> {
 ///     &mut tips,
 ///     |pose, command| command.actuators[0] = Actuator::pulled(pulls[pose]),
 ///     |_, tip, solved| {
-///         *tip = solved.ok().filter(|s| s.equilibrium.status.is_equilibrium()).map(|s| s.centre);
+///         *tip = solved.ok().filter(|s| s.equilibrium.status().is_equilibrium()).map(|s| s.tip.centre);
 ///         ControlFlow::<()>::Continue(())
 ///     },
 /// );
@@ -87,19 +105,21 @@ pub fn solve_many<T: Send, B: Send>(
     read: impl Fn(usize, &mut T, Result<Solved<'_>, CommandProblem>) -> ControlFlow<B> + Sync,
 ) -> ControlFlow<B> {
     let block = (results.len() / LEAST_BLOCKS).clamp(ONE_BLOCK, LARGEST_BLOCK);
+    let Poses { solver, base, start } = *poses;
     let solve = |lent: &mut Lent, number: usize, own: &mut [T]| {
+        let Some(march) = &mut lent.march else { return ControlFlow::Continue(()) };
         let (first, count) = (number * block, own.len());
-        march(
-            poses,
-            &mut lent.march,
+        march.run(
+            base,
+            start,
             count,
             |pose, command| put(first + pose, command),
             |pose, solved| read(first + pose, &mut own[pose], solved),
         )
     };
     if results.len() <= block {
-        return solve(&mut memory.lend(), 0, results);
+        return solve(&mut memory.lend(solver), 0, results);
     }
     let blocks = results.par_chunks_mut(block).enumerate();
-    blocks.try_for_each_init(|| memory.lend(), |lent, (number, own)| solve(lent, number, own))
+    blocks.try_for_each_init(|| memory.lend(solver), |lent, (number, own)| solve(lent, number, own))
 }

@@ -5,7 +5,8 @@ use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::table::{Chunk, Verdict};
 use crate::task::{Inputs, Task};
-use cppr::solve::{March, Poses, Solved, Start, march};
+use cppr::many::{March, Solved, Start};
+use cppr::solve::Solver;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,26 +31,23 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
     let same_robot = |a: usize, b: usize| design(a).map(f64::to_bits).eq(design(b).map(f64::to_bits));
     let keys = task.varies_design().then(|| DesignKeys::new(&task.robot_text, &task.design_keys()).ok());
     let mut keys = keys.flatten();
-    let mut memory = March::new();
+    // A task that was checked has settings that make sense.
+    let mut march = March::new(Solver::with_settings(&task.robot, task.settings).ok()?);
     for run in inputs.path(number).chunk_by(|a, b| same_robot(*a, *b)) {
         if stop.load(Ordering::Relaxed) {
             return None;
         }
         let built = keys.as_mut().map(|keys| keys.robot(&design(run[0]).collect::<Vec<_>>()));
-        let robot = match &built {
-            None => &task.robot,
-            Some(Ok(robot)) => robot,
-            Some(Err(_)) => {
-                for row in run {
-                    chunk.set(axes, *row, f64::from(Verdict::InvalidDesign.code()));
-                }
-                continue;
+        let builds = built.is_none_or(|b| b.is_ok_and(|robot| march.solver().set_robot(&robot).is_ok()));
+        if !builds {
+            for row in run {
+                chunk.set(axes, *row, f64::from(Verdict::InvalidDesign.code()));
             }
-        };
-        let poses = Poses { robot, settings: &task.settings, base: &task.base, start: Start::Neighbour };
-        let flow = march(
-            &poses,
-            &mut memory,
+            continue;
+        }
+        let flow = march.run(
+            &task.base,
+            Start::Neighbour,
             run.len(),
             |pose, command| {
                 for (axis, value) in task.axes.iter().zip(of(run[pose])) {
@@ -75,22 +73,22 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
 /// Writes the verdict of a row and, where there is an equilibrium, its numbers. Without a solved pose the command cannot be
 /// asked of the robot.
 fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
-    let verdict = solved.as_ref().map_or(Verdict::InvalidCommand, |s| s.equilibrium.status.into());
+    let verdict = solved.as_ref().map_or(Verdict::InvalidCommand, |s| s.equilibrium.status().into());
     put(f64::from(verdict.code()));
     let Some(mut solved) = solved else { return };
-    let Solved { equilibrium, rotation, centre, .. } = solved;
+    let Solved { equilibrium, tip, .. } = solved;
     if !verdict.is_equilibrium() {
         return;
     }
-    centre.iter().for_each(|v| put(*v));
-    quaternion(&rotation).into_iter().for_each(&mut put);
-    for actuator in &equilibrium.actuators {
+    tip.centre.iter().for_each(|v| put(*v));
+    quaternion(&tip.rotation).into_iter().for_each(&mut put);
+    for actuator in equilibrium.actuators() {
         put(actuator.motion);
         put(actuator.rotation);
         put(actuator.tension);
         put(actuator.torque);
     }
-    put(equilibrium.elastic_energy);
+    put(equilibrium.elastic_energy());
     if task.margin {
         put(solved.margin().unwrap_or(f64::NAN));
     }
@@ -99,7 +97,7 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
         put(used.strain.unwrap_or(f64::NAN));
         put(used.closure.unwrap_or(f64::NAN));
     }
-    put(equilibrium.statistics.iterations as f64);
+    put(equilibrium.statistics().iterations as f64);
 }
 
 /// w, x, y, z of a rotation, w ≥ 0.

@@ -3,9 +3,10 @@
 
 use cppr::Vector3;
 use cppr::design::Robot;
-use cppr::solve::{Actuator, Command, Drive, Poses, Settings, Start, Status, Workspace, solve};
-use cppr::{analysis::shape::tip_pose, kinematics::Resolution};
-use cppr_sweep::{Memory, solve_many};
+use cppr::kinematics::Resolution;
+use cppr::many::Start;
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver, Status};
+use cppr_sweep::{Memory, Poses, solve_many};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +16,7 @@ const COUNT: usize = 1500;
 fn robot() -> Robot {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/r1.toml");
     let text = std::fs::read_to_string(path).unwrap();
-    Robot::new(cppr_io::robot_file::parse(&text).unwrap().design).unwrap()
+    Robot::from_design(cppr_io::robot_file::parse(&text).unwrap().design).unwrap()
 }
 
 /// Pulled and pushed, by force where a pose is a multiple of 5; impossible where one of 97.
@@ -29,16 +30,19 @@ fn put(pose: usize, command: &mut Command) {
 #[test]
 fn poses_are_what_they_are_alone_on_any_number_of_threads() {
     let robot = robot();
-    let (base, settings) = (Command::held(&robot), Settings::default().with_resolution(Resolution::PAPER));
+    let base = Command::held(&robot);
+    let settings = Settings::default().with_resolution(Resolution::PAPER);
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
     let memory = Memory::new();
     for start in [Start::Rest, Start::Neighbour] {
-        let poses = Poses { robot: &robot, settings: &settings, base: &base, start };
+        let own = solver.clone();
+        let poses = Poses { solver: &own, base: &base, start };
         let on = |threads| {
             let mut tips = vec![None; COUNT];
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let flow = pool.install(|| {
                 solve_many(&poses, &memory, &mut tips, put, |_, tip, solved| {
-                    *tip = Some(solved.map(|s| (s.equilibrium.status, s.centre)));
+                    *tip = Some(solved.map(|s| (s.equilibrium.status(), s.tip.centre)));
                     ControlFlow::<()>::Continue(())
                 })
             });
@@ -55,7 +59,7 @@ fn poses_are_what_they_are_alone_on_any_number_of_threads() {
             &mut few,
             |pose, command| put(pose + 1, command),
             |_, tip, s| {
-                *tip = s.unwrap().centre;
+                *tip = s.unwrap().tip.centre;
                 ControlFlow::<()>::Continue(())
             },
         );
@@ -64,14 +68,17 @@ fn poses_are_what_they_are_alone_on_any_number_of_threads() {
             let (_, wanted) = one[pose + 1].clone().unwrap().unwrap();
             assert!((tip - wanted).norm() < 1e-11, "pose {pose}: {}", tip - wanted);
         }
-        let mut workspace = Workspace::new();
         for (pose, tip) in one.into_iter().enumerate().filter(|(pose, _)| pose % 3 == 0 || pose % 97 == 0) {
             let mut command = base.clone();
             put(pose, &mut command);
-            match (tip.expect("every pose is read"), solve(&robot, &mut workspace, &command, &settings)) {
+            match (tip.expect("every pose is read"), solver.solve(&command)) {
                 (Ok((status, tip)), Ok(alone)) => {
-                    assert_eq!((status, alone.status), (Status::Converged, Status::Converged), "pose {pose}");
-                    let (_, centre) = tip_pose(&robot, &mut workspace, &alone);
+                    assert_eq!(
+                        (status, alone.status()),
+                        (Status::Converged, Status::Converged),
+                        "pose {pose}"
+                    );
+                    let centre = solver.tip(&alone).centre;
                     assert!((tip - centre).norm() < 1e-11, "pose {pose}: {}", tip - centre);
                 }
                 (tip, alone) => assert_eq!(tip.unwrap_err(), alone.unwrap_err(), "pose {pose}"),
@@ -83,8 +90,8 @@ fn poses_are_what_they_are_alone_on_any_number_of_threads() {
 #[test]
 fn breaking_stops_all_threads() {
     let robot = robot();
-    let (base, settings) = (Command::held(&robot), Settings::default());
-    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Rest };
+    let (base, solver) = (Command::held(&robot), Solver::new(&robot));
+    let poses = Poses { solver: &solver, base: &base, start: Start::Rest };
     let (read, memory) = (AtomicUsize::new(0), Memory::new());
     let mut tips = vec![Vector3::<f64>::zeros(); 1_000_000];
     let flow = solve_many(&poses, &memory, &mut tips, put, |pose, _, _| {

@@ -2,17 +2,15 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver};
 use cppr::statics::Loads;
 use std::path::Path;
 
 /// Largest tip error over nine poses of the workspace, pulled, pushed and turned, with and without a load across, relative to
 /// the length.
 fn error(robot: &Robot, resolution: Resolution) -> f64 {
-    let mut workspace = Workspace::new();
     let length = robot.length();
     let mut worst = 0.0_f64;
     let weight = (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum::<f64>();
@@ -27,11 +25,11 @@ fn error(robot: &Robot, resolution: Resolution) -> f64 {
             command.actuators[0] = actuator;
             let across = Vector3::new(0.0, 0.0, force * weight / (length * length));
             command.loads = if force > 0.0 { Loads::tip_force(across) } else { Loads::none() };
-            let mut tip = |resolution: Resolution| {
+            let tip = |resolution: Resolution| {
                 let settings = Settings::default().with_resolution(resolution);
-                let found = solve(robot, &mut workspace, &command, &settings).unwrap();
-                assert!(found.status.is_equilibrium(), "{}: {command:?}", robot.design().name);
-                tip_pose(robot, &mut workspace, &found).1
+                let found = Solver::with_settings(robot, settings).unwrap().solve(&command).unwrap();
+                assert!(found.status().is_equilibrium(), "{}: {command:?}", robot.design().name);
+                found.tip().centre
             };
             worst = worst.max((tip(resolution) - tip(Resolution::SPATIAL.refined(2))).norm() / length);
         }
@@ -51,7 +49,7 @@ fn errors_are_those_of_the_documentation() {
     let mut seen = 0;
     for (file, default, paper) in stated {
         let file = cppr_io::robot_file::read(root.join(format!("robots/{file}.toml"))).unwrap();
-        let robot = Robot::new(file.design).unwrap();
+        let robot = Robot::from_design(file.design).unwrap();
         for (resolution, stated) in [(Resolution::SPATIAL, default), (Resolution::PAPER, paper)] {
             let found = error(&robot, resolution);
             let name = &robot.design().name;

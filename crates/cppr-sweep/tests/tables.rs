@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::{Freedom, Input, Perturbed, Teeth, parameter_sensitivity, section_limits};
+use cppr::analysis::{Freedom, Input, Perturbed, Teeth};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Drive, Equilibrium, Settings, Workspace, solve};
+use cppr::solve::{Command, Drive, Equilibrium, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
     Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Task, TaskProblem, Values,
@@ -21,7 +20,7 @@ fn text(name: &str) -> String {
 }
 
 fn build(text: &str) -> Robot {
-    Robot::new(cppr_io::robot_file::parse(text).unwrap().design).unwrap()
+    Robot::from_design(cppr_io::robot_file::parse(text).unwrap().design).unwrap()
 }
 
 fn motion(tube: usize, freedom: Freedom) -> Variable {
@@ -78,7 +77,7 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
     let task = grid();
     let table = rows(&task, 2);
     assert_eq!(table.len(), 3 * 11 * 13);
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
     for (i, row) in table.iter().enumerate() {
         let share = |k: usize, n: usize| k as f64 / (n - 1) as f64;
         let (force, pull, turn) = (
@@ -96,9 +95,9 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
         let mut command = Command::pull(&[pull]).with_loads(task.base.loads.clone());
         command.actuators[0].rotation = Drive::Motion(turn);
         command.loads.wrenches[0].force.y = force;
-        let found = solve(&task.robot, &mut workspace, &command, &task.settings).unwrap();
-        let (rotation, tip) = tip_pose(&task.robot, &mut workspace, &found);
-        assert_eq!(Verdict::from_code(row[3]), Some(Verdict::from(found.status)));
+        let found = solver.solve(&command).unwrap();
+        let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);
+        assert_eq!(Verdict::from_code(row[3]), Some(Verdict::from(found.status())));
         let at = |name: &str| row[column(&task, name)];
         for (name, wanted) in [
             ("tip_x_m", tip.x),
@@ -109,9 +108,9 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
         ] {
             assert!((at(name) - wanted).abs() < 1e-9, "row {i}, {name}: {} instead of {wanted}", at(name));
         }
-        assert!((at("tube2_tension_N") - found.actuators[0].tension).abs() < 1e-6);
-        assert!((at("tube2_torque_Nm") - found.actuators[0].torque).abs() < 1e-8);
-        assert!((at("elastic_energy_J") - found.elastic_energy).abs() < 1e-9);
+        assert!((at("tube2_tension_N") - found.actuators()[0].tension).abs() < 1e-6);
+        assert!((at("tube2_torque_Nm") - found.actuators()[0].torque).abs() < 1e-8);
+        assert!((at("elastic_energy_J") - found.elastic_energy()).abs() < 1e-9);
         // The quaternion turns +X into the tangent.
         let [w, x, y, z] = ["tip_qw", "tip_qx", "tip_qy", "tip_qz"].map(at);
         let tangent = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
@@ -135,11 +134,11 @@ fn every_row_is_what_it_is_alone() {
         Axis { variable: Variable::Actuator(torque), values: Values::Range { from: 0.0, to: 1e3, count: 2 } };
     let across = range(Variable::Force { wrench: 0, component: 1 }, -0.05, 0.05, 11);
     let failing = task("r1.toml", vec![twisted, across, range(motion(2, Freedom::PushPull), 0.0, 0.3, 3)]);
-    let mut workspace = Workspace::new();
     let mut counts = [0; Verdict::ALL.len()];
     for task in [samples, unstable, failing] {
         let (status, tip) = (column(&task, "status"), column(&task, "tip_x_m"));
         let effort = column(&task, "tube2_tension_N");
+        let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
         for (i, row) in rows(&task, 2).iter().enumerate() {
             let mut command = task.base.clone();
             for (axis, value) in task.axes.iter().zip(row) {
@@ -157,18 +156,18 @@ fn every_row_is_what_it_is_alone() {
                     _ => unreachable!(),
                 }
             }
-            let alone = solve(&task.robot, &mut workspace, &command, &task.settings);
-            let wanted = alone.as_ref().map_or(Verdict::InvalidCommand, |found| found.status.into());
+            let alone = solver.solve(&command);
+            let wanted = alone.as_ref().map_or(Verdict::InvalidCommand, |found| found.status().into());
             assert_eq!(Verdict::from_code(row[status]), Some(wanted), "row {i}: {row:?}");
             counts[usize::from(wanted.code())] += 1;
-            let Some(found) = alone.ok().filter(|found| found.status.is_equilibrium()) else {
+            let Some(found) = alone.ok().filter(|found| found.status().is_equilibrium()) else {
                 assert!(row[tip..].iter().all(|v| v.is_nan()), "row {i}: {row:?}");
                 continue;
             };
-            let (_, centre) = tip_pose(&task.robot, &mut workspace, &found);
+            let centre = solver.tip(&found).centre;
             let far = (Vector3::new(row[tip], row[tip + 1], row[tip + 2]) - centre).norm();
             assert!(far < 1e-11, "row {i}: {far}, {row:?}");
-            let tension = found.actuators[0].tension;
+            let tension = found.actuators()[0].tension;
             assert!((row[effort] - tension).abs() < 1e-8, "row {i}: {tension} instead of {row:?}");
         }
     }
@@ -331,13 +330,13 @@ fn limits_are_the_greatest_of_all_notches() {
     task.axes[1].values = Values::Range { from: -3.7e-3, to: 6.3e-3, count: 11 };
     task.limits = Some(Teeth::Rigid);
     let table = rows(&task, 2);
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
     for row in table.iter().step_by(61) {
         let mut command = Command::pull(&[row[1]]).with_loads(task.base.loads.clone());
         command.actuators[0].rotation = Drive::Motion(row[2]);
         command.loads.wrenches[0].force.y = row[0];
-        let found = solve(&task.robot, &mut workspace, &command, &task.settings).unwrap();
-        let sections = section_limits(&task.robot, &mut workspace, &found, Teeth::Rigid);
+        let found = solver.solve(&command).unwrap();
+        let sections = solver.section_limits(&found, Teeth::Rigid);
         let strain = sections.iter().map(|s| s.strain.abs() / 0.015).fold(0.0, f64::max);
         let closure = sections.iter().filter_map(|s| s.closure).fold(f64::NEG_INFINITY, f64::max);
         let at = |name: &str| row[column(&task, name)];
@@ -425,16 +424,16 @@ fn tolerances_agree_with_linear_propagation() {
         let mean = table.iter().map(|row| row[c]).sum::<f64>() / count;
         (table.iter().map(|row| (row[c] - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
     });
-    let mut workspace = Workspace::new();
-    let found = solve(&task.robot, &mut workspace, &task.base, &task.settings).unwrap();
+    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
+    let found = solver.solve(&task.base).unwrap();
     let mut variance = [0.0; 3];
     for (key, mean, deviation) in keys {
         let at = |by: f64| DesignKeys::new(&task.robot_text, &[key]).unwrap().robot(&[mean + by]).ok();
         let perturbed = Perturbed::new(1e-3 * mean, at).unwrap();
-        let read = |robot: &Robot, workspace: &mut Workspace, found: &Equilibrium| -> Vec<f64> {
-            tip_pose(robot, workspace, found).1.iter().copied().collect()
+        let read = |solver: &mut Solver, found: &Equilibrium| -> Vec<f64> {
+            solver.tip(found).centre.iter().copied().collect()
         };
-        let slope = parameter_sensitivity(&task.robot, &mut workspace, &found, &perturbed, read).unwrap();
+        let slope = solver.parameter_sensitivity(&found, &perturbed, read).unwrap();
         for (sum, slope) in variance.iter_mut().zip(slope) {
             *sum += (slope * deviation).powi(2);
         }

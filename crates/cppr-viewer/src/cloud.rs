@@ -2,9 +2,8 @@
 //! page asks nothing else.
 
 use crate::message;
-use cppr::analysis::shape::tip_pose;
 use cppr::design::Robot;
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve_into};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
 use cppr_io::Scenario;
 use serde::Deserialize;
 use serde_json::json;
@@ -39,7 +38,7 @@ const MOST_POSES: u32 = 20_000;
 /// Poses that are still to be solved.
 pub(crate) struct Remaining {
     command: Command,
-    settings: Settings,
+    solver: Solver,
     ranges: Vec<Range>,
     next: u32,
     count: u32,
@@ -58,14 +57,16 @@ impl Remaining {
         for range in &cloud.ranges {
             command.actuators[range.tube - 2] = Actuator::HELD;
         }
-        let settings = cloud.scenario.settings();
+        let mut solver =
+            Solver::with_settings(robot, cloud.scenario.settings()).map_err(|problem| problem.to_string())?;
+        let last = solver.rest();
         Ok(Self {
             command,
-            settings,
+            solver,
             ranges: cloud.ranges.clone(),
             next: 0,
             count: cloud.count.min(MOST_POSES),
-            last: Equilibrium::rest(robot, &settings),
+            last,
         })
     }
 
@@ -75,7 +76,7 @@ impl Remaining {
     }
 
     /// Solves some poses: the message with their tips (mm).
-    pub fn some(&mut self, robot: &Robot, workspace: &mut Workspace) -> Vec<u8> {
+    pub fn some(&mut self) -> Vec<u8> {
         let mut floats = Vec::new();
         let end = (self.next + CHUNK).min(self.count);
         for index in self.next..end {
@@ -88,12 +89,12 @@ impl Remaining {
                     rotation: Drive::Motion(part(range.rotate_deg, 2 * i + 1).to_radians()),
                 };
             }
-            let done = solve_into(robot, workspace, &self.command, &self.settings, &mut self.last);
-            if done.is_err() || self.last.status != Status::Converged {
-                self.last = Equilibrium::rest(robot, &self.settings);
+            let done = self.solver.solve_into(&self.command, &mut self.last);
+            if done.is_err() || self.last.status() != Status::Converged {
+                self.last = self.solver.rest();
                 continue;
             }
-            let (_, tip) = tip_pose(robot, workspace, &self.last);
+            let tip = self.solver.tip(&self.last).centre;
             #[allow(clippy::cast_possible_truncation, reason = "for drawing")]
             floats.extend(tip.iter().map(|v| (v * 1e3) as f32));
         }

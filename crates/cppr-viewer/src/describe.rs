@@ -186,7 +186,7 @@ mod tests {
     fn bodies_come_fine_and_coarse() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/r1.toml");
         let file = cppr_io::robot_file::read(path).unwrap();
-        let robot = Robot::new(file.design.clone()).unwrap();
+        let robot = Robot::from_design(file.design.clone()).unwrap();
         let read = |message: Vec<u8>| {
             let length = 4 + u32::from_le_bytes(message[..4].try_into().unwrap()) as usize;
             let head: serde_json::Value = serde_json::from_slice(&message[4..length]).unwrap();

@@ -103,9 +103,9 @@ pub fn mesh(tube: usize, coarse: bool, body: &Shaded) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::{COLUMNS, SECTIONS, encode, floats};
-    use cppr::analysis::Shape;
+
     use cppr::design::Robot;
-    use cppr::solve::{Command, Settings, Workspace, solve};
+    use cppr::solve::{Command, Solver};
 
     #[test]
     fn heads_are_padded() {
@@ -122,11 +122,11 @@ mod tests {
     #[test]
     fn frames_carry_the_centroid() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/helicoid.toml");
-        let robot = Robot::new(cppr_io::robot_file::read(path).unwrap().design).unwrap();
-        let mut workspace = Workspace::new();
+        let robot = Robot::from_design(cppr_io::robot_file::read(path).unwrap().design).unwrap();
+        let mut solver = Solver::new(&robot);
         let command = Command::pull(&[6e-3]);
-        let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
-        let shape = Shape::sampled(&robot, &mut workspace, &found, SECTIONS);
+        let found = solver.solve(&command).unwrap();
+        let shape = solver.shape(&found, SECTIONS);
         let values = floats(&robot, &shape);
         assert_eq!(values.len(), SECTIONS * 2 * COLUMNS.len());
         let mut bent = 0.0_f32;

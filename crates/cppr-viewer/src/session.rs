@@ -8,9 +8,9 @@ use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::message::{self, SECTIONS};
 use axum::extract::ws::Message;
-use cppr::analysis::{SectionLimit, Shape, Teeth, explained, section_limits, stability::stability};
+use cppr::analysis::{SectionLimit, Shape, Teeth, explained};
 use cppr::design::{DesignProblem, Robot};
-use cppr::solve::{Equilibrium, Status, Workspace, solve_into};
+use cppr::solve::{Equilibrium, Solver, Status};
 use cppr_io::scenario::NotchChange;
 use cppr_io::{Problems, RobotFile, Scenario};
 use serde::{Deserialize, Serialize};
@@ -120,7 +120,7 @@ pub type Send<'a> = &'a mut dyn FnMut(Message) -> bool;
 /// A robot as it is solved.
 struct Model {
     file: RobotFile,
-    robot: Robot,
+    solver: Solver,
     changes: Vec<NotchChange>,
     /// Last stable equilibrium.
     good: Option<Equilibrium>,
@@ -133,7 +133,6 @@ pub struct Session {
     /// What is asked of it at first.
     start: Option<Scenario>,
     model: Option<Model>,
-    workspace: Workspace,
     background: Option<Remaining>,
 }
 
@@ -165,18 +164,23 @@ impl Session {
     /// Of a page that will ask for its robot.
     #[must_use]
     pub fn new(first: RobotFile, start: Option<Scenario>) -> Self {
-        Self { first, start, model: None, workspace: Workspace::new(), background: None }
+        Self { first, start, model: None, background: None }
     }
 
     /// Takes a robot and describes it to the page.
     fn show(&mut self, name: &str, file: RobotFile, send: Send) -> bool {
-        match Robot::new(file.design.clone()) {
+        match Robot::from_design(file.design.clone()) {
             Ok(robot) => {
                 self.background = None;
-                let model = self.model.insert(Model { file, robot, changes: Vec::new(), good: None });
+                let model = self.model.insert(Model {
+                    file,
+                    solver: Solver::new(&robot),
+                    changes: Vec::new(),
+                    good: None,
+                });
                 model.describe(false, send)
             }
-            Err(problems) => send(refused_file(name, &sentences(&problems))),
+            Err(problems) => send(refused_file(name, &sentences(&problems.0))),
         }
     }
 
@@ -222,36 +226,39 @@ impl Session {
             }
             Err(problems) => return refuse("wrong", &problems, send),
         }
-        let command = match asked.scenario.command(&model.robot) {
+        let command = match asked.scenario.command(model.solver.robot()) {
             Ok(command) => command,
             Err(problems) => return refuse("wrong", &problems, send),
         };
         let settings = asked.scenario.settings();
-        let robot = &model.robot;
+        let solver = &mut model.solver;
+        if let Err(problem) = solver.set_settings(settings) {
+            return refuse("wrong", &[problem.to_string()], send);
+        }
         let start = model.good.take().filter(|_| !asked.from_rest);
         let mut found = match start {
-            Some(good) if good.settings == settings => good,
-            _ => Equilibrium::rest(robot, &settings),
+            Some(good) if *good.settings() == settings => good,
+            _ => solver.rest(),
         };
         let before = found.clone();
         let clock = Instant::now();
-        if let Err(problem) = solve_into(robot, &mut self.workspace, &command, &settings, &mut found) {
+        if let Err(problem) = solver.solve_into(&command, &mut found) {
             model.good = Some(before);
             return refuse("wrong", &[problem.to_string()], send);
         }
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
-        if !found.status.is_equilibrium() {
+        if !found.status().is_equilibrium() {
             model.good = Some(before);
-            return refuse("not_converged", &[explained(robot, &command, found.status)], send);
+            return refuse("not_converged", &[explained(found.robot(), &command, found.status())], send);
         }
-        let shape = Shape::sampled(robot, &mut self.workspace, &found, SECTIONS);
-        let margin = stability(robot, &mut self.workspace, &found).map(|s| s.margin);
-        let limits = section_limits(robot, &mut self.workspace, &found, Teeth::Rigid);
+        let shape = solver.shape(&found, SECTIONS);
+        let margin = solver.stability(&found).map(|s| s.margin);
+        let limits = solver.section_limits(&found, Teeth::Rigid);
         let mut pose = Pose::new(asked.id, &found, &shape, solve_us);
         pose.margin = margin;
         pose.limits = limits.iter().map(NotchLimit::from).collect();
-        let bytes = message::encode(&pose, &message::floats(robot, &shape));
-        model.good = Some(if found.status == Status::Converged { found } else { before });
+        let bytes = message::encode(&pose, &message::floats(found.robot(), &shape));
+        model.good = Some(if found.status() == Status::Converged { found } else { before });
         send(Message::Binary(bytes.into()))
     }
 
@@ -264,7 +271,7 @@ impl Session {
     fn start_cloud(&mut self, cloud: &Cloud, send: Send) -> bool {
         self.background = None;
         let Some(model) = &self.model else { return send(problem("there is no robot")) };
-        match Remaining::new(cloud, &model.robot) {
+        match Remaining::new(cloud, model.solver.robot()) {
             Ok(remaining) => {
                 self.background = Some(remaining);
                 true
@@ -275,8 +282,8 @@ impl Session {
 
     /// Solves some poses of the cloud; false where the page is gone.
     pub fn background(&mut self, send: Send) -> bool {
-        let (Some(model), Some(remaining)) = (&self.model, &mut self.background) else { return true };
-        let message = remaining.some(&model.robot, &mut self.workspace);
+        let Some(remaining) = &mut self.background else { return true };
+        let message = remaining.some();
         if remaining.is_empty() {
             self.background = None;
         }
@@ -287,9 +294,11 @@ impl Session {
 impl Model {
     /// Tells the page all about the robot; false where the page is gone.
     fn describe(&self, changed: bool, send: Send) -> bool {
-        let file = RobotFile { design: self.robot.design().clone(), ..self.file.clone() };
-        send(text(&Description::new(&file, &self.robot, changed)))
-            && describe::bodies(&file, &self.robot).into_iter().all(|body| send(Message::Binary(body.into())))
+        let file = RobotFile { design: self.solver.robot().design().clone(), ..self.file.clone() };
+        send(text(&Description::new(&file, self.solver.robot(), changed)))
+            && describe::bodies(&file, self.solver.robot())
+                .into_iter()
+                .all(|body| send(Message::Binary(body.into())))
     }
 
     /// Brings the notches to the given changes; true where the robot is another one then.
@@ -299,7 +308,8 @@ impl Model {
         }
         let scenario = Scenario { notches: changes.to_vec(), ..Scenario::default() };
         let design = scenario.changed(self.file.design.clone())?;
-        self.robot = Robot::new(design).map_err(|p| sentences(&p))?;
+        let robot = Robot::from_design(design).map_err(|p| sentences(&p.0))?;
+        self.solver = Solver::new(&robot);
         self.changes = changes.to_vec();
         self.good = None;
         Ok(true)
@@ -317,12 +327,12 @@ impl Pose {
     fn new(id: u32, found: &Equilibrium, shape: &Shape, solve_us: f64) -> Self {
         let tip = shape.sections.last();
         let direction = tip.map_or_else(cppr::Vector3::x, |s| s.rotation.column(0).into_owned());
-        let actuators = found.actuators.iter().enumerate();
+        let actuators = found.actuators().iter().enumerate();
         Self {
             kind: "pose",
             id,
-            status: if found.status == Status::Unstable { "unstable" } else { "converged" },
-            text: found.status.to_string(),
+            status: if found.status() == Status::Unstable { "unstable" } else { "converged" },
+            text: found.status().to_string(),
             tip_mm: tip.map_or([0.0; 3], |s| (s.centre * 1e3).into()),
             direction: direction.into(),
             bend_deg: direction.x.clamp(-1.0, 1.0).acos().to_degrees(),
@@ -335,10 +345,10 @@ impl Pose {
                     torque: a.torque * 1e3,
                 })
                 .collect(),
-            energy: found.elastic_energy * 1e3,
+            energy: found.elastic_energy() * 1e3,
             margin: None,
             limits: Vec::new(),
-            iterations: found.statistics.iterations,
+            iterations: found.statistics().iterations,
             solve_us,
             sections: shape.sections.len(),
             tubes: describe::tubes(shape),

@@ -9,7 +9,7 @@ mod cases;
 mod common;
 
 use cases::{BatchRunner, Case, NAMES, Runner};
-use cppr::solve::batch::WIDTH;
+use cppr::many::WIDTH;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -17,7 +17,7 @@ fn main() {
         for name in NAMES {
             let mut runner = Runner::new(Case::named(name).unwrap());
             runner.once();
-            println!("{name}: {:?}", runner.equilibrium.statistics);
+            println!("{name}: {:?}", runner.equilibrium.statistics());
         }
         return;
     };

@@ -5,17 +5,17 @@ mod common;
 
 use common::prototype;
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{
-    Actuator, Batch, Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Workspace,
-    solve_batch, solve_from,
-};
+use cppr::many::Batch;
+use cppr::solve::{Actuator, Command, CommandProblem, Drive, Formulation, Settings, Solver};
 use cppr::statics::{Frame, Loads, Wrench};
 
-fn agrees(robot: &Robot, commands: &[Command], settings: &Settings, batch: &mut Batch) {
-    let (mut single, mut tips) = (Workspace::new(), Vec::new());
-    let mut equilibria = vec![Equilibrium::rest(robot, settings); commands.len()];
+/// The batch may have solved another robot before.
+fn agrees(robot: &Robot, commands: &[Command], settings: Settings, batch: &mut Batch) {
+    let mut single = Solver::with_settings(robot, settings).unwrap();
+    batch.solver().copy_task(&single);
+    let mut tips = Vec::new();
+    let mut equilibria = vec![single.rest(); commands.len()];
     // From rest, then from where the first turn has led.
     for factor in [1.0, 1.02] {
         let moved: Vec<Command> = commands
@@ -29,21 +29,21 @@ fn agrees(robot: &Robot, commands: &[Command], settings: &Settings, batch: &mut 
             })
             .collect();
         let starts = equilibria.clone();
-        solve_batch(robot, batch, &moved, settings, &mut equilibria, &mut tips);
+        batch.solve(&moved, &mut equilibria, &mut tips);
         assert_eq!(tips.len(), commands.len());
         for (i, (command, start)) in moved.iter().zip(&starts).enumerate() {
-            let alone = solve_from(robot, &mut single, command, settings, start).unwrap();
+            let alone = single.solve_from(command, start).unwrap();
             let together = &equilibria[i];
-            assert_eq!(alone.status, together.status, "command {i}");
-            assert_eq!(&together.command, command);
-            if !alone.status.is_equilibrium() {
+            assert_eq!(alone.status(), together.status(), "command {i}");
+            assert_eq!(together.command(), command);
+            if !alone.status().is_equilibrium() {
                 continue;
             }
-            let (rotation, centre) = tip_pose(robot, &mut single, &alone);
-            let tip = tips[i].as_ref().unwrap();
-            assert!((tip.1 - centre).norm() < 1e-12 * robot.length(), "command {i}: {}", tip.1 - centre);
-            assert!((tip.0 - rotation).norm() < 1e-11);
-            for (a, b) in alone.actuators.iter().zip(&together.actuators) {
+            let (wanted, tip) = (single.tip(&alone), tips[i].as_ref().unwrap());
+            let off = tip.centre - wanted.centre;
+            assert!(off.norm() < 1e-12 * robot.length(), "command {i}: {off}");
+            assert!((tip.rotation - wanted.rotation).norm() < 1e-11);
+            for (a, b) in alone.actuators().iter().zip(together.actuators()) {
                 assert!((a.tension - b.tension).abs() < 1e-9 * (1.0 + a.tension.abs()));
                 assert!((a.motion - b.motion).abs() < 1e-12 && (a.rotation - b.rotation).abs() < 1e-10);
             }
@@ -59,7 +59,7 @@ fn command(pull: f64, turn: f64, force: [f64; 3]) -> Command {
 
 #[test]
 fn side_by_side_as_one_by_one() {
-    let mut batch = Batch::new();
+    let mut batch = Batch::new(Solver::new(&prototype("R2", 1.26, BelowPlate::Plain)));
     for below in [BelowPlate::Continued, BelowPlate::Plain] {
         for name in ["R1", "R3"] {
             let robot = prototype(name, 1.26, below);
@@ -73,7 +73,7 @@ fn side_by_side_as_one_by_one() {
             commands[5].loads.gravity = Some(Vector3::new(0.0, 0.0, -9.81));
             commands[7].actuators[0] = Actuator { push_pull: Drive::Effort(0.8), ..Actuator::HELD };
             commands.push(Command::pull(&[0.12]));
-            agrees(&robot, &commands, &Settings::default(), &mut batch);
+            agrees(&robot, &commands, Settings::default(), &mut batch);
         }
     }
 }
@@ -81,36 +81,36 @@ fn side_by_side_as_one_by_one() {
 #[test]
 fn loads_without_potential_stretch_and_the_printed_formulation() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let mut batch = Batch::new();
+    let mut batch = Batch::new(Solver::new(&robot));
     let commands: Vec<Command> =
         (0..5).map(|i| command(1e-3 * f64::from(i) - 2e-3, 0.2, [0.0, 0.05, 0.02])).collect();
-    agrees(&robot, &commands, &Settings::default().with_stretch(), &mut batch);
+    agrees(&robot, &commands, Settings::default().with_stretch(), &mut batch);
     let mut turning = commands.clone();
     for command in &mut turning {
         let force = command.loads.wrenches[0];
         command.loads.wrenches[0] = Wrench { frame: Frame::Section, ..force };
     }
-    agrees(&robot, &turning, &Settings::default(), &mut batch);
+    agrees(&robot, &turning, Settings::default(), &mut batch);
     let printed = Settings { formulation: Formulation::Printed, ..Settings::default() };
-    agrees(&robot, &commands[..2], &printed, &mut batch);
+    agrees(&robot, &commands[..2], printed, &mut batch);
 }
 
 #[test]
 fn an_impossible_command_is_named() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let settings = Settings::default();
-    let rest = Equilibrium::rest(&robot, &settings);
+    let mut batch = Batch::new(Solver::new(&robot));
+    let rest = batch.solver().rest();
     let mut equilibria = vec![rest.clone(); 9];
     let mut commands: Vec<Command> = (1..10).map(|i| Command::pull(&[1e-4 * f64::from(i)])).collect();
     commands[2] = Command::pull(&[f64::NAN]);
     commands[8] = Command::pull(&[1e-3, 1e-3]);
     let mut tips = Vec::new();
-    solve_batch(&robot, &mut Batch::new(), &commands, &settings, &mut equilibria, &mut tips);
+    batch.solve(&commands, &mut equilibria, &mut tips);
     for (i, (tip, equilibrium)) in tips.iter().zip(&equilibria).enumerate() {
         match i {
             2 => assert_eq!(tip.as_ref().unwrap_err(), &CommandProblem::NotFinite { tube: 2 }),
             8 => assert_eq!(tip.as_ref().unwrap_err(), &CommandProblem::Actuators { given: 2, followers: 1 }),
-            _ => assert!(tip.is_ok() && equilibrium.actuators[0].motion > 0.0, "command {i}"),
+            _ => assert!(tip.is_ok() && equilibrium.actuators()[0].motion > 0.0, "command {i}"),
         }
     }
     assert_eq!(equilibria[2].coordinates(), rest.coordinates());
@@ -127,5 +127,5 @@ fn edges_under_prescribed_force() {
             command
         })
         .collect();
-    agrees(&robot, &commands, &Settings::default(), &mut Batch::new());
+    agrees(&robot, &commands, Settings::default(), &mut Batch::new(Solver::new(&robot)));
 }

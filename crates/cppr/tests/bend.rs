@@ -5,9 +5,9 @@ mod common;
 
 use common::{HELIX, converged, prototype, robot, stiff_tube, three_with_edges};
 use cppr::Vector3;
-use cppr::analysis::{Shape, total_bend};
+use cppr::analysis::total_bend;
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use std::f64::consts::PI;
 
@@ -20,25 +20,24 @@ fn rod() -> Robot {
 
 #[test]
 fn a_circle_of_one_and_a_half_turns_bends_by_540_degrees() {
-    let mut workspace = Workspace::new();
     // Uniform opposed tubes: K_Z = −Δa/((D_1 + D_2) L), whatever the stiffness.
     let [d1, d2] = [3e-3, 1.5e-3];
     let tube = |offset: f64, direction: f64| stiff_tube(offset, [1e-2, 5e-3], 5e-3, direction, 0.0);
     let pair = robot(LENGTH, vec![tube(d1, 0.0), tube(d2, PI)]);
     let pull = 3.0 * PI * (d1 + d2);
     for settings in [Settings::planar(), Settings::default()] {
-        let found = converged(&pair, &mut workspace, &Command::pull(&[pull]), &settings);
+        let found = converged(&pair, &Command::pull(&[pull]), &settings);
         assert!((total_bend(&found) - 3.0 * PI).abs() < 1e-9, "{}", total_bend(&found));
         // The tip points backwards: the angle between it and the base says half a turn.
-        let tip = Shape::sampled(&pair, &mut workspace, &found, 2).sections[1].rotation.column(0).x;
+        let tip = found.tip().tangent().x;
         assert!((tip + 1.0).abs() < 1e-9);
     }
     // A rod under a moment about any axis across it: M L/EI. A dead moment of this size is unstable.
     for moment in [Vector3::z(), -Vector3::y()] {
         let wrench = Wrench::tip_moment(moment * (3.0 * PI * STIFFNESS / LENGTH));
         let command = Command::pull(&[]).with_loads(Loads { wrenches: vec![wrench], ..Loads::none() });
-        let found = solve(&rod(), &mut workspace, &command, &Settings::default()).unwrap();
-        assert!(found.status.is_equilibrium());
+        let found = Solver::new(&rod()).solve(&command).unwrap();
+        assert!(found.status().is_equilibrium());
         assert!((total_bend(&found) - 3.0 * PI).abs() < 1e-9, "{}", total_bend(&found));
     }
 }
@@ -51,8 +50,7 @@ fn a_bend_and_its_opposite_add_up() {
     let moment = -share * force * LENGTH;
     let wrench = Wrench { moment: Vector3::z() * moment, ..Wrench::tip_force(Vector3::y() * force) };
     let loads = Loads { wrenches: vec![wrench], ..Loads::none() };
-    let found =
-        converged(&rod(), &mut Workspace::new(), &Command::pull(&[]).with_loads(loads), &Settings::default());
+    let found = converged(&rod(), &Command::pull(&[]).with_loads(loads), &Settings::default());
     let want = force * LENGTH * LENGTH / (2.0 * STIFFNESS) * ((1.0 - share).powi(2) + share * share);
     assert!((total_bend(&found) - want).abs() < 1e-6 * want, "{} {want}", total_bend(&found));
     let tip = force * LENGTH * LENGTH / (2.0 * STIFFNESS) * (1.0 - 2.0 * share);
@@ -61,9 +59,9 @@ fn a_bend_and_its_opposite_add_up() {
 
 /// Sum of the angles between tangents of neighbouring sections: the total bend as their number grows, from below, with an error
 /// of second order that is taken away.
-fn by_tangents(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) -> f64 {
+fn by_tangents(_robot: &Robot, solver: &mut Solver, found: &Equilibrium) -> f64 {
     let mut sum = |count: usize| -> f64 {
-        let shape = Shape::sampled(robot, workspace, found, count + 1);
+        let shape = solver.shape(found, count + 1);
         let tangents: Vec<_> = shape.sections.iter().map(|s| s.rotation.column(0).into_owned()).collect();
         tangents.windows(2).map(|t| 2.0 * (0.5 * (t[1] - t[0]).norm()).asin()).sum()
     };
@@ -73,7 +71,6 @@ fn by_tangents(robot: &Robot, workspace: &mut Workspace, found: &Equilibrium) ->
 
 #[test]
 fn in_space_it_is_the_length_of_the_curve_of_tangents() {
-    let mut workspace = Workspace::new();
     let helix = {
         let tube = |offset: f64, direction: f64| stiff_tube(offset, [1e-2, 4e-3], 5e-3, direction, HELIX);
         robot(LENGTH, vec![tube(3e-3, 0.0), tube(2e-3, PI)])
@@ -88,10 +85,11 @@ fn in_space_it_is_the_length_of_the_curve_of_tangents() {
         (three_with_edges(), turned(&[1e-3, -0.8e-3], 0.5)),
         (prototype("R3", 1.25, BelowPlate::Plain), turned(&[-4e-3], 1.0)),
     ] {
-        let found = converged(&robot, &mut workspace, &command, &Settings::default());
-        let (bend, want) = (total_bend(&found), by_tangents(&robot, &mut workspace, &found));
+        let mut solver = Solver::new(&robot);
+        let found = converged(&robot, &command, &Settings::default());
+        let (bend, want) = (total_bend(&found), by_tangents(&robot, &mut solver, &found));
         assert!((bend - want).abs() < 2e-6 * want, "{}: {bend} {want}", robot.design().name);
-        let sections = Shape::sampled(&robot, &mut workspace, &found, 2).sections;
+        let sections = solver.shape(&found, 2).sections;
         let tip = sections[0].rotation.column(0).angle(&sections[1].rotation.column(0));
         assert!(bend > tip + 1e-4, "in space the tangent takes a longer way: {bend} {tip}");
     }
@@ -100,17 +98,17 @@ fn in_space_it_is_the_length_of_the_curve_of_tangents() {
 /// The same robot, with everything turned about its axis.
 #[test]
 fn it_does_not_depend_on_the_frame() {
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
-    let mut bend = |by: f64| {
+    let bend = |by: f64| {
         let tube =
             |offset: f64, direction: f64| stiff_tube(offset, [1e-2, 4e-3], 5e-3, direction + by, HELIX);
         let robot = robot(LENGTH, vec![tube(3e-3, 0.0), tube(2e-3, PI)]);
+        let _solver = Solver::new(&robot);
         let force = Vector3::new(0.05, -0.1 * by.cos() - 0.15 * by.sin(), 0.15 * by.cos() - 0.1 * by.sin());
         let actuator = Actuator { rotation: Drive::Motion(0.8), ..Actuator::pulled(6e-3) };
         let command =
             Command { actuators: vec![actuator], ..Command::pull(&[]) }.with_loads(Loads::tip_force(force));
-        total_bend(&converged(&robot, &mut workspace, &command, &settings))
+        total_bend(&converged(&robot, &command, &settings))
     };
     let first = bend(0.0);
     assert!(first > 0.5);

@@ -6,9 +6,8 @@ mod common;
 
 use common::{HELIX, bundle, reference, vector};
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Settings, Status, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver, Status};
 use cppr::statics::Loads;
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -49,14 +48,14 @@ fn same_modes(twisted: bool) -> Resolution {
 }
 
 /// Largest relative deviation of a case from the reference: tip, rotation, forces, torques, energy.
-fn deviation(case: &Value, workspace: &mut Workspace, resolution: fn(bool) -> Resolution) -> f64 {
+fn deviation(case: &Value, resolution: fn(bool) -> Resolution) -> f64 {
     let name = case["name"].as_str().unwrap();
     let twisted = name.starts_with("helix");
     let robot = bundle(&case["parameters"], if twisted { HELIX } else { 0.0 });
     let settings = Settings::default().with_resolution(resolution(twisted));
-    let found = solve(&robot, workspace, &command(name), &settings).unwrap();
-    assert_eq!(found.status, Status::Converged, "{name}");
-    let (rotation, tip) = tip_pose(&robot, workspace, &found);
+    let found = Solver::with_settings(&robot, settings).unwrap().solve(&command(name)).unwrap();
+    assert_eq!(found.status(), Status::Converged, "{name}");
+    let cppr::kinematics::TipPose { rotation, centre: tip } = found.tip();
     let expected = &case["expected"];
     let mut errors = vec![(tip - vector(&expected["tip_centreline_m"])).norm() / robot.length()];
     for (axis, row) in expected["tip_rotation_rows"].as_array().unwrap().iter().enumerate() {
@@ -71,23 +70,22 @@ fn deviation(case: &Value, workspace: &mut Workspace, resolution: fn(bool) -> Re
     let largest = |list: &[f64]| list.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let arm = case["parameters"]["tubes"][0]["D_m"].as_f64().unwrap();
     let force_unit = largest(&forces).max(largest(&torques) / arm);
-    for (f, actuator) in found.actuators.iter().enumerate() {
+    for (f, actuator) in found.actuators().iter().enumerate() {
         errors.push((actuator.tension - forces[f]).abs() / force_unit);
         errors.push((actuator.torque - torques[f]).abs() / (force_unit * arm));
     }
     let energy = expected["elastic_energy_J"].as_f64().unwrap();
-    errors.push((found.elastic_energy - energy).abs() / energy);
+    errors.push((found.elastic_energy() - energy).abs() / energy);
     errors.into_iter().fold(0.0, f64::max)
 }
 
 #[test]
 fn agree_with_the_independent_program_at_its_own_modes() {
     let data = reference("bundles");
-    let mut workspace = Workspace::new();
     let cases = data["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 25);
     for case in cases {
-        let error = deviation(case, &mut workspace, same_modes);
+        let error = deviation(case, same_modes);
         assert!(error < 1e-7, "{}: off by {error:.1e}", case["name"]);
     }
 }
@@ -99,12 +97,11 @@ const TRUNCATED: [&str; 2] = ["straight_+3_rot_3.142", "straight_-3_rot_3.142"];
 #[test]
 fn agree_with_the_independent_program_with_modes_raised() {
     let data = reference("bundles");
-    let mut workspace = Workspace::new();
     for case in data["cases"].as_array().unwrap() {
         let name = case["name"].as_str().unwrap();
-        let error = deviation(case, &mut workspace, |twisted| same_modes(twisted).refined(2));
+        let error = deviation(case, |twisted| same_modes(twisted).refined(2));
         if TRUNCATED.contains(&name) {
-            let further = deviation(case, &mut workspace, |twisted| same_modes(twisted).refined(3));
+            let further = deviation(case, |twisted| same_modes(twisted).refined(3));
             assert!(error < 1.2e-5 && (error - further).abs() < 1e-8, "{name}: {error:.1e} {further:.1e}");
         } else {
             assert!(error < 1e-6, "{name}: off by {error:.1e}");

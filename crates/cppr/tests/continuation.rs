@@ -6,11 +6,10 @@ mod common;
 
 use common::{reference, robot, stiff_tube};
 use cppr::Vector3;
-use cppr::analysis::continuation::{Branch, End, Family, PathPoint, PointKind, Tracing, trace, trace_from};
-use cppr::analysis::shape::tip_pose;
+use cppr::analysis::continuation::{Branch, End, Family, PathPoint, PointKind, Tracing};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Settings, Workspace, solve, solve_from};
+use cppr::solve::{Command, Settings, Solver};
 use cppr::statics::{Frame, Loads, Thread, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -38,8 +37,8 @@ fn tip_force(x: f64, y: f64, z: f64) -> Command {
     Command::pull(&[]).with_loads(Loads::tip_force(Vector3::new(x, y, z)))
 }
 
-fn branches(robot: &Robot, family: &Family, tracing: &Tracing) -> Vec<Branch> {
-    trace(robot, &mut Workspace::new(), family, tracing).unwrap()
+fn branches(robot: &Robot, settings: Settings, family: &Family, tracing: &Tracing) -> Vec<Branch> {
+    Solver::with_settings(robot, settings).unwrap().trace(family, tracing).unwrap()
 }
 
 fn special(branch: &Branch) -> Vec<&PathPoint> {
@@ -50,8 +49,8 @@ fn special(branch: &Branch) -> Vec<&PathPoint> {
 fn a_column_buckles_into_the_elastica() {
     let (robot, settings) = (rod([1.0, 1.0], 1.0), planar(24));
     let family = Family::load(tip_force(-1.0, 0.0, 0.0), 0.0, 30.0).unwrap();
-    let tracing = Tracing { settings, depth: 1, ..Tracing::default() };
-    let branches = branches(&robot, &family, &tracing);
+    let tracing = Tracing { depth: 1, ..Tracing::default() };
+    let branches = branches(&robot, settings, &family, &tracing);
     let euler = critical_load("euler_clamped_free");
     // The straight column: Euler's load and nine times it.
     let straight = special(&branches[0]);
@@ -83,13 +82,13 @@ fn a_column_buckles_into_the_elastica() {
     assert!(branches[1].points[1..].iter().all(|p| p.inertia == Some(0)));
     assert!(branches[3].points[1..].iter().all(|p| p.inertia == Some(1)));
     // Every point of the first lies on the elastica of the tables.
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
     for (degrees, expected) in elastica.as_object().unwrap() {
         let load = expected["PL2_over_EI"].as_f64().unwrap();
         let near = branches[1].points.windows(2).find(|p| p[1].parameter >= load).unwrap();
         let command = tip_force(-load, 0.0, 0.0);
-        let found = solve_from(&robot, &mut workspace, &command, &settings, &near[1].equilibrium).unwrap();
-        let tip = tip_pose(&robot, &mut workspace, &found).1;
+        let found = solver.solve_from(&command, &near[1].equilibrium).unwrap();
+        let tip = solver.tip(&found).centre;
         let tolerance = if degrees == "1" { 1e-6 } else { 1e-8 };
         assert!((tip.x - expected["x_over_L"].as_f64().unwrap()).abs() < tolerance, "{degrees}");
         assert!((tip.y.abs() - expected["y_over_L"].as_f64().unwrap()).abs() < tolerance, "{degrees}");
@@ -100,7 +99,8 @@ fn a_column_buckles_into_the_elastica() {
 fn a_round_column_has_a_double_branch_point() {
     let robot = rod([1.0, 1.0], 1.0);
     let family = Family::load(tip_force(-1.0, 0.0, 0.0), 0.0, 4.0).unwrap();
-    let branches = branches(&robot, &family, &Tracing { depth: 1, ..Tracing::default() });
+    let branches =
+        branches(&robot, Settings::default(), &family, &Tracing { depth: 1, ..Tracing::default() });
     let straight = special(&branches[0]);
     assert_eq!(straight.len(), 1);
     assert_eq!(straight[0].kind, PointKind::BranchPoint { multiplicity: 2 });
@@ -126,8 +126,8 @@ fn a_load_that_follows_the_tip_branches_nowhere() {
     let wrench = Wrench { frame: Frame::Section, ..Wrench::tip_force(Vector3::new(-1.0, 0.0, 0.0)) };
     let command = Command::pull(&[]).with_loads(Loads { wrenches: vec![wrench], ..Loads::none() });
     let family = Family::load(command, 0.0, 40.0).unwrap();
-    let tracing = Tracing { settings: planar(16), depth: 1, ..Tracing::default() };
-    let branches = branches(&rod([1.0, 1.0], 1.0), &family, &tracing);
+    let tracing = Tracing { depth: 1, ..Tracing::default() };
+    let branches = branches(&rod([1.0, 1.0], 1.0), planar(16), &family, &tracing);
     assert_eq!(branches.len(), 1);
     assert_eq!(branches[0].end, End::Last);
     assert!(special(&branches[0]).is_empty(), "{:?}", special(&branches[0]));
@@ -139,7 +139,8 @@ fn a_strip_buckles_sideways() {
     // The classical value neglects the deflection before buckling, which goes to zero with EI_Y/EI_Z.
     let strip = rod([1.0, 1e6], 1.0);
     let family = Family::load(tip_force(0.0, 1.0, 0.0), 0.0, 6.0).unwrap();
-    let branches = branches(&strip, &family, &Tracing { depth: 1, ..Tracing::default() });
+    let branches =
+        branches(&strip, Settings::default(), &family, &Tracing { depth: 1, ..Tracing::default() });
     let flat = special(&branches[0]);
     assert_eq!(flat.len(), 1);
     let prandtl = critical_load("prandtl_lateral_cantilever_PL2_over_sqrt_EI_GJ");
@@ -181,7 +182,7 @@ fn a_clamped_rod_buckles_under_twist() {
             Command::pull(&[]).with_loads(Loads { wrenches: vec![wrench], ..clamped(hold) })
         };
         let family = Family::between(torque(0.0), torque(12.0)).unwrap();
-        let branches = branches(&robot, &family, &Tracing { settings, ..Tracing::default() });
+        let branches = branches(&robot, settings, &family, &Tracing::default());
         let found = special(&branches[0]);
         assert_eq!(found.len(), 1, "{:?}", found.iter().map(|p| (p.fraction, p.kind)).collect::<Vec<_>>());
         assert_eq!(found[0].kind, PointKind::BranchPoint { multiplicity: 2 });
@@ -218,19 +219,18 @@ fn an_inclined_load_has_a_fold() {
     }
     let fold = load(0.5 * (low + high));
 
-    let (robot, settings, mut workspace) = (rod([1.0, 1.0], 1.0), planar(16), Workspace::new());
+    let mut solver = Solver::with_settings(&rod([1.0, 1.0], 1.0), planar(16)).unwrap();
     let command = tip_force(-beta.cos(), beta.sin(), 0.0);
     // Under six times the load, bent against it by a moment first.
     let start = command.loads.scaled(6.0);
     let mut bent = start.clone();
     bent.wrenches[0].moment.z = -4.0;
     let held = Command::pull(&[]);
-    let bent = solve(&robot, &mut workspace, &held.clone().with_loads(bent), &settings).unwrap();
-    let start = solve_from(&robot, &mut workspace, &held.with_loads(start), &settings, &bent).unwrap();
-    assert!(tip_pose(&robot, &mut workspace, &start).1.y < -0.3);
+    let bent = solver.solve(&held.clone().with_loads(bent)).unwrap();
+    let start = solver.solve_from(&held.with_loads(start), &bent).unwrap();
+    assert!(solver.tip(&start).centre.y < -0.3);
     let family = Family::load(command, 6.0, 0.5).unwrap();
-    let tracing = Tracing { settings, ..Tracing::default() };
-    let branches = trace_from(&robot, &mut workspace, &family, &tracing, &start).unwrap();
+    let branches = solver.trace_from(&family, &Tracing::default(), &start).unwrap();
     let found = special(&branches[0]);
     assert_eq!(branches[0].end, End::First);
     assert_eq!(found.len(), 1);
@@ -242,7 +242,7 @@ fn an_inclined_load_has_a_fold() {
     assert!(branches[0].points[at + 1..].iter().all(|p| p.inertia == Some(1)));
     // On both sides of it the load is that of the closed form at the rod's own modulus.
     for point in &branches[0].points {
-        let tip = tip_pose(&robot, &mut workspace, &point.equilibrium).0;
+        let tip = solver.tip(&point.equilibrium).rotation;
         let psi = tip[(1, 0)].atan2(tip[(0, 0)]) + beta;
         assert!((point.parameter / load((0.5 * psi).sin().abs()) - 1.0).abs() < 1e-7, "{psi}");
     }

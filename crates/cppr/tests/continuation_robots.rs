@@ -7,14 +7,10 @@ mod common;
 use common::{prototype, three_with_edges};
 use cppr::Vector3;
 use cppr::analysis::Freedom;
-use cppr::analysis::continuation::{
-    Branch, End, Family, FamilyProblem, PathPoint, PointKind, Tracing, trace,
-};
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::stability::stability;
+use cppr::analysis::continuation::{Branch, End, Family, FamilyProblem, PathPoint, PointKind, Tracing};
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Status, Workspace, solve, solve_from};
+use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Solver, Status};
 use cppr::statics::{Loads, Station, Wrench};
 
 const MM: f64 = 1e-3;
@@ -24,7 +20,7 @@ fn r1() -> Robot {
 }
 
 fn first(robot: &Robot, family: &Family) -> Branch {
-    trace(robot, &mut Workspace::new(), family, &Tracing::default()).unwrap().swap_remove(0)
+    Solver::new(robot).trace(family, &Tracing::default()).unwrap().swap_remove(0)
 }
 
 fn kinds(branch: &Branch) -> Vec<&PathPoint> {
@@ -38,26 +34,26 @@ fn tension(force: f64, loads: Loads) -> Command {
 
 /// Each point solved again from rest, under its own command.
 fn each_is_an_equilibrium(robot: &Robot, points: impl Iterator<Item = PathPoint>) {
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(robot);
     for point in points {
-        let again =
-            solve(robot, &mut workspace, &point.equilibrium.command, &point.equilibrium.settings).unwrap();
-        if again.status != point.equilibrium.status {
+        solver.set_settings(*point.equilibrium.settings()).unwrap();
+        let again = solver.solve(point.equilibrium.command()).unwrap();
+        if again.status() != point.equilibrium.status() {
             eprintln!(
                 "{} {:?} {:?} {:?} {:?} {:?} {:?}",
                 point.parameter,
-                again.status,
-                tip_pose(robot, &mut workspace, &again).1,
+                again.status(),
+                solver.tip(&again).centre,
                 point.tip,
                 point.margin,
-                stability(robot, &mut workspace, &again).map(|s| (s.margin, s.inertia)),
-                stability(robot, &mut workspace, &point.equilibrium).map(|s| s.margin)
+                solver.stability(&again).map(|s| (s.margin, s.inertia)),
+                solver.stability(&point.equilibrium).map(|s| s.margin)
             );
         }
-        assert_eq!(again.status, point.equilibrium.status, "{}", point.parameter);
-        let tip = tip_pose(robot, &mut workspace, &again).1;
+        assert_eq!(again.status(), point.equilibrium.status(), "{}", point.parameter);
+        let tip = solver.tip(&again).centre;
         assert!((tip - point.tip).norm() < 1e-9 * robot.length(), "{}: {tip} {}", point.parameter, point.tip);
-        for (a, b) in again.actuators.iter().zip(&point.equilibrium.actuators) {
+        for (a, b) in again.actuators().iter().zip(point.equilibrium.actuators()) {
             assert!((a.tension - b.tension).abs() < 1e-7 && (a.motion - b.motion).abs() < 1e-10);
         }
     }
@@ -123,10 +119,10 @@ fn a_force_lets_the_follower_stand_at_the_plate() {
     let robot = r1();
     let loads = Loads::tip_force(Vector3::new(0.0, 0.2, 0.0));
     // The tensions at Δa = 0⁺ and 0⁻, by motion.
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     let held = [1e-6, -1e-6].map(|part| {
         let command = Command::pull(&[part * robot.length()]).with_loads(loads.clone());
-        solve(&robot, &mut workspace, &command, &Settings::default()).unwrap().actuators[0].tension
+        solver.solve(&command).unwrap().actuators()[0].tension
     });
     assert!(held[0] - held[1] > 0.04);
     for (from, to) in [(5.0, 2.0), (2.0, 5.0)] {
@@ -140,7 +136,7 @@ fn a_force_lets_the_follower_stand_at_the_plate() {
         assert!((found[0] - held[1]).abs() < 3e-4 && (found[1] - held[0]).abs() < 3e-4, "{found:?} {held:?}");
         // Between both nothing moves, outside something does.
         for point in branch.points.iter().filter(|p| p.kind == PointKind::Regular) {
-            let state = point.equilibrium.actuators[0];
+            let state = point.equilibrium.actuators()[0];
             if (found[0] + 1e-3..found[1] - 1e-3).contains(&point.parameter) {
                 assert!(state.motion.abs() < 1e-12);
             } else if !(found[0] - 1e-3..found[1] + 1e-3).contains(&point.parameter) {
@@ -150,10 +146,10 @@ fn a_force_lets_the_follower_stand_at_the_plate() {
         }
         // And every point beyond is the equilibrium under its own motion.
         for point in branch.points.iter().step_by(5) {
-            let state = point.equilibrium.actuators[0];
+            let state = point.equilibrium.actuators()[0];
             let command = Command::pull(&[state.motion]).with_loads(loads.clone());
-            let again = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
-            let tip = tip_pose(&robot, &mut workspace, &again).1;
+            let again = solver.solve(&command).unwrap();
+            let tip = solver.tip(&again).centre;
             assert!((tip - point.tip).norm() < 1e-8 * robot.length());
         }
     }
@@ -172,20 +168,19 @@ fn a_side_load_snaps_a_pushed_robot() {
     let [upper, lower] = [folds[0].parameter, folds[1].parameter];
     assert!(upper > lower, "{upper} {lower}");
     // The load raised, then lowered in small steps by the solver alone: it jumps, or finds nothing, at either fold.
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     let mut leaves = |from: f64, step: f64| {
         let away = |p: &&PathPoint| (p.parameter - from).abs() < 0.05 && p.inertia == Some(0);
         let mut here = branch.points.iter().find(away).unwrap().equilibrium.clone();
-        here = solve_from(&robot, &mut workspace, &command(from), &Settings::default(), &here).unwrap();
-        let mut tip = tip_pose(&robot, &mut workspace, &here).1;
+        here = solver.solve_from(&command(from), &here).unwrap();
+        let mut tip = solver.tip(&here).centre;
         (1..1000)
             .map(|i| from + f64::from(i) * step)
             .find(|&load| {
-                here =
-                    solve_from(&robot, &mut workspace, &command(load), &Settings::default(), &here).unwrap();
-                let next = tip_pose(&robot, &mut workspace, &here).1;
+                here = solver.solve_from(&command(load), &here).unwrap();
+                let next = solver.tip(&here).centre;
                 let moved = (next - std::mem::replace(&mut tip, next)).norm();
-                here.status != Status::Converged || moved > 1.0 * MM
+                here.status() != Status::Converged || moved > 1.0 * MM
             })
             .unwrap()
     };
@@ -195,7 +190,8 @@ fn a_side_load_snaps_a_pushed_robot() {
     assert!((lower - step..lower).contains(&down), "{down} {lower}");
     // Finer fields move the folds by little.
     let settings = Settings::default().with_resolution(Resolution::SPATIAL.refined(2));
-    let fine = trace(&robot, &mut workspace, &family, &Tracing { settings, ..Tracing::default() }).unwrap();
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
+    let fine = solver.trace(&family, &Tracing::default()).unwrap();
     let finer: Vec<_> = kinds(&fine[0]).into_iter().filter(|p| p.kind == PointKind::Fold).collect();
     for (fold, fine) in folds.iter().zip(&finer) {
         assert!((fold.parameter / fine.parameter - 1.0).abs() < 1e-4);
@@ -209,9 +205,9 @@ fn a_pushed_robot_buckles_sideways_where_its_margin_vanishes() {
         Command::pull(&[-10.0 * MM]).with_loads(Loads::tip_force(Vector3::new(0.0, -force, 0.0)))
     };
     let family = Family::load(command(1.0), 0.0, 1.0).unwrap();
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     let tracing = Tracing { depth: 1, ..Tracing::default() };
-    let branches = trace(&robot, &mut workspace, &family, &tracing).unwrap();
+    let branches = solver.trace(&family, &tracing).unwrap();
     let points: Vec<_> = kinds(&branches[0]);
     assert_eq!(points.len(), 1);
     assert_eq!(points[0].kind, PointKind::BranchPoint { multiplicity: 1 });
@@ -219,8 +215,8 @@ fn a_pushed_robot_buckles_sideways_where_its_margin_vanishes() {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        let found = solve(&robot, &mut workspace, &command(middle), &Settings::default()).unwrap();
-        let stability = stability(&robot, &mut workspace, &found).unwrap();
+        let found = solver.solve(&command(middle)).unwrap();
+        let stability = solver.stability(&found).unwrap();
         if stability.margin.abs() > 1e-8 {
             assert_eq!(stability.inertia, usize::from(stability.margin < 0.0));
         }
@@ -244,16 +240,15 @@ fn the_printed_formulation_folds() {
     let robot = prototype("R3", 1.32, BelowPlate::Plain);
     let settings = Settings { formulation: Formulation::Printed, ..Settings::planar() };
     let family = Family::actuator(Command::pull(&[0.0]), 2, Freedom::PushPull, 20.0 * MM).unwrap();
-    let tracing = Tracing { settings, ..Tracing::default() };
-    let mut workspace = Workspace::new();
-    let branch = trace(&robot, &mut workspace, &family, &tracing).unwrap().swap_remove(0);
+    let tracing = Tracing::default();
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
+    let branch = solver.trace(&family, &tracing).unwrap().swap_remove(0);
     let fold = branch.points.iter().find(|p| p.kind == PointKind::Fold).unwrap();
     // A solve finds an equilibrium just below it and none just above.
     for (pull, there) in [(fold.parameter - 1e-5, true), (fold.parameter + 1e-5, false)] {
         let before = branch.points.iter().take_while(|p| p.kind != PointKind::Fold).last().unwrap();
-        let found =
-            solve_from(&robot, &mut workspace, &Command::pull(&[pull]), &settings, &before.equilibrium);
-        assert_eq!(found.unwrap().status.is_equilibrium(), there, "{pull}");
+        let found = solver.solve_from(&Command::pull(&[pull]), &before.equilibrium);
+        assert_eq!(found.unwrap().status().is_equilibrium(), there, "{pull}");
     }
     assert!((fold.parameter / MM - 13.885).abs() < 1e-3);
     assert!(branch.points.iter().all(|p| p.inertia.is_none()));
@@ -264,9 +259,7 @@ fn what_cannot_be_followed_is_said() {
     let robot = r1();
     let held = Command::held(&robot);
     let problem = |family: Result<Family, FamilyProblem>| {
-        family
-            .and_then(|f| trace(&robot, &mut Workspace::new(), &f, &Tracing::default()).map(|_| ()))
-            .unwrap_err()
+        family.and_then(|f| Solver::new(&robot).trace(&f, &Tracing::default()).map(|_| ())).unwrap_err()
     };
     let push = Freedom::PushPull;
     assert_eq!(

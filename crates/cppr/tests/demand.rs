@@ -7,7 +7,7 @@ use common::{robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::{Asked, explained, greatest_demand, total_bend};
 use cppr::design::{Profile, Robot, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Solver};
 use cppr::statics::{DistributedForce, Loads, RotationKnob, Station, Thread, Wrench};
 use std::f64::consts::PI;
 
@@ -66,11 +66,11 @@ fn small() -> Vec<(Asked, Command)> {
 #[test]
 fn where_the_robot_is_linear_the_demand_is_the_bend() {
     let robot = pair();
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     for (asked, command) in small() {
         let demand = greatest_demand(&robot, &command).unwrap();
         assert_eq!(demand.asked, asked);
-        let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
+        let found = solver.solve(&command).unwrap();
         let bend = total_bend(&found);
         // The weight of the follower acts on its own centroid line: 6 (D/L)² = 2.7e-4 beside gravity's own moment.
         assert!((demand.angle - bend).abs() < 3e-4 * bend, "{asked:?}: {} {bend}", demand.angle);
@@ -112,7 +112,7 @@ fn squares_that_overflow_do_no_harm() {
 #[test]
 fn what_is_absurd_is_named() {
     let robot = pair();
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     for (command, words) in [
         (
             with_loads(Loads::tip_force(Vector3::y() * 1e9)),
@@ -126,9 +126,9 @@ fn what_is_absurd_is_named() {
             "The tension of tube 2 is 1.0e7 N; on this robot about 42 N",
         ),
     ] {
-        let found = solve(&robot, &mut workspace, &command, &Settings::default()).unwrap();
-        assert!(!found.status.is_equilibrium());
-        let text = explained(&robot, &command, found.status);
+        let found = solver.solve(&command).unwrap();
+        assert!(!found.status().is_equilibrium());
+        let text = explained(&robot, &command, found.status());
         assert!(text.starts_with("not converged") && text.contains(words), "{text}");
     }
 }

@@ -5,11 +5,11 @@ mod common;
 
 use common::{prototype, three_with_edges};
 use cppr::Vector3;
-use cppr::analysis::stability::{margin, stability};
-use cppr::analysis::{SectionLimit, Teeth, section_limits, utilisation};
+use cppr::analysis::{SectionLimit, Teeth};
 use cppr::design::{BelowPlate, Outline, Profile, Robot, TubeDesign};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Drive, March, Poses, Settings, Start, Status, Workspace, march};
+use cppr::many::{March, Start};
+use cppr::solve::{Command, Drive, Settings, Solver, Status};
 use cppr::statics::Loads;
 use std::ops::ControlFlow;
 
@@ -21,7 +21,7 @@ fn changed(robot: &Robot, change: impl Fn(&mut cppr::design::NotchedTube)) -> Ro
         tube.material.allowable_strain = Some(0.015);
         change(tube);
     }
-    Robot::new(design).unwrap()
+    Robot::from_design(design).unwrap()
 }
 
 fn robots() -> Vec<Robot> {
@@ -45,24 +45,25 @@ fn robots() -> Vec<Robot> {
 #[test]
 fn what_is_derived_side_by_side_is_what_it_is_alone() {
     let settings = [Settings::default(), Settings::planar()];
-    let (mut memory, mut alone) = (March::new(), Workspace::new());
+    let mut march = March::new(Solver::new(&robots()[0]));
     let (mut judged, mut stable) = (0, 0);
     for (number, robot) in robots().iter().enumerate() {
         for settings in settings.iter().filter(|s| s.resolution.angle > 0 || robot.is_planar()) {
             let planar = settings.resolution.angle == 0;
             let force = Vector3::new(0.0, 0.02, if planar { 0.0 } else { 0.03 });
             let base = Command::held(robot).with_loads(Loads::tip_force(force));
-            let poses = Poses { robot, settings, base: &base, start: Start::Neighbour };
+            let mut alone = Solver::with_settings(robot, *settings).unwrap();
+            march.solver().copy_task(&alone);
             let put = |pose: usize, command: &mut Command| {
                 let t = pose as f64 / 19.0 - 1.0;
                 command.actuators[0].push_pull = Drive::Motion(0.03 * t * robot.length());
                 command.actuators[0].rotation = Drive::Motion(if planar { 0.0 } else { 0.7 * t });
             };
-            let flow = march(&poses, &mut memory, 39, put, |pose, solved| {
+            let flow = march.run(&base, Start::Neighbour, 39, put, |pose, solved| {
                 let mut solved = solved.unwrap();
                 let found = solved.equilibrium.clone();
                 let at = format!("robot {number}, pose {pose}");
-                if !found.status.is_equilibrium() {
+                if !found.status().is_equilibrium() {
                     assert!(solved.margin().is_none(), "{at}");
                     return ControlFlow::<()>::Continue(());
                 }
@@ -72,18 +73,18 @@ fn what_is_derived_side_by_side_is_what_it_is_alone() {
                         "{at}, {what}: {got} {wanted}"
                     );
                 };
-                let whole = stability(robot, &mut alone, &found).unwrap();
+                let whole = alone.stability(&found).unwrap();
                 near(solved.margin().unwrap(), whole.margin, "margin");
-                near(margin(robot, &mut alone, &found).unwrap(), whole.margin, "margin alone");
-                assert_eq!(whole.margin > 0.0, found.status == Status::Converged, "{at}");
+                near(alone.margin(&found).unwrap(), whole.margin, "margin alone");
+                assert_eq!(whole.margin > 0.0, found.status() == Status::Converged, "{at}");
                 stable += usize::from(whole.inertia == 0);
                 for teeth in [Teeth::Rigid, Teeth::Bending] {
-                    let sections = section_limits(robot, &mut alone, &found, teeth);
+                    let sections = alone.section_limits(&found, teeth);
                     let most = |value: fn(&SectionLimit) -> Option<f64>| {
                         sections.iter().filter_map(value).reduce(f64::max)
                     };
                     let wanted = [most(SectionLimit::strain_utilisation), most(|s| s.closure)];
-                    for used in [solved.utilisation(teeth), utilisation(robot, &mut alone, &found, teeth)] {
+                    for used in [solved.utilisation(teeth), alone.utilisation(&found, teeth)] {
                         for (got, wanted) in [used.strain, used.closure].into_iter().zip(wanted) {
                             assert_eq!(got.is_some(), wanted.is_some(), "{at}");
                             if let (Some(got), Some(wanted)) = (got, wanted) {
@@ -109,16 +110,16 @@ fn without_free_motions_there_is_no_margin_side_by_side_or_alone() {
         Resolution { twist: 0, bending_y: 0, bending_z: 1, angle: 0, stretch: 0, ..Resolution::PLANAR };
     let settings = Settings::planar().with_resolution(resolution);
     let base = Command::held(&robot);
-    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Neighbour };
-    let mut alone = Workspace::new();
+    let mut alone = Solver::with_settings(&robot, settings).unwrap();
+    let mut march = March::new(alone.clone());
     let put = |pose: usize, command: &mut Command| {
         command.actuators[0].push_pull = Drive::Motion(1e-4 * pose as f64);
     };
     let mut held = 0;
-    let flow = march(&poses, &mut March::new(), 16, put, |_, solved| {
+    let flow = march.run(&base, Start::Neighbour, 16, put, |_, solved| {
         let mut solved = solved.unwrap();
-        assert!(solved.equilibrium.status.is_equilibrium() && solved.margin().is_none());
-        assert!(margin(&robot, &mut alone, solved.equilibrium).is_none());
+        assert!(solved.equilibrium.status().is_equilibrium() && solved.margin().is_none());
+        assert!(alone.margin(solved.equilibrium).is_none());
         held += 1;
         ControlFlow::<()>::Continue(())
     });

@@ -6,9 +6,7 @@ mod common;
 use common::{converged, prototype, three_with_edges};
 use cppr::Vector3;
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{
-    Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from, solve_into,
-};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver, Status};
 use cppr::statics::{Loads, Station, Wrench};
 
 const MM: f64 = 1e-3;
@@ -29,31 +27,31 @@ fn forces(tensions: &[f64], loads: &Loads) -> Command {
 /// Δa = 0⁺ and 0⁻ it stands.
 #[test]
 fn the_least_push_beyond_what_the_plate_bears_moves_the_follower() {
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
     for (name, robot) in prototypes() {
+        let _solver = Solver::new(&robot);
         for force in
             [Vector3::new(0.0, 0.2, 0.0), Vector3::new(0.0, -0.2, 0.05), Vector3::new(0.05, 0.0, 0.1)]
         {
             let loads = Loads::tip_force(force);
             let mut held = |motion: f64| {
                 let command = Command::pull(&[motion]).with_loads(loads.clone());
-                converged(&robot, &mut workspace, &command, &settings).actuators[0].tension
+                converged(&robot, &command, &settings).actuators()[0].tension
             };
             let motions = [-1e-7, -1e-6, -1e-5, -1e-4, -3e-4, 1e-7, 1e-5].map(|part| part * robot.length());
             let tensions = motions.map(&mut held);
             let [low, high] = [-2e-9, 2e-9].map(|part| held(part * robot.length()));
             assert!(high - low > 1e-4, "{name} {force:?}: the plate bears nothing, {low} {high}");
             for (motion, tension) in motions.into_iter().zip(tensions) {
-                let found = converged(&robot, &mut workspace, &forces(&[tension], &loads), &settings);
-                let error = found.actuators[0].motion - motion;
+                let found = converged(&robot, &forces(&[tension], &loads), &settings);
+                let error = found.actuators()[0].motion - motion;
                 assert!(error.abs() < 1e-9 * robot.length(), "{name} {force:?}: {motion} + {error}");
             }
             for share in [1e-3, 0.5, 0.999] {
                 let tension = low + share * (high - low);
-                let found = converged(&robot, &mut workspace, &forces(&[tension], &loads), &settings);
-                assert!(found.actuators[0].motion.abs() < 1e-12, "{name} {force:?}: {share}");
-                assert!((found.actuators[0].tension - tension).abs() < 1e-12);
+                let found = converged(&robot, &forces(&[tension], &loads), &settings);
+                assert!(found.actuators()[0].motion.abs() < 1e-12, "{name} {force:?}: {share}");
+                assert!((found.actuators()[0].tension - tension).abs() < 1e-12);
             }
         }
     }
@@ -63,15 +61,15 @@ fn the_least_push_beyond_what_the_plate_bears_moves_the_follower() {
 #[test]
 fn two_followers_leave_the_plate_by_force() {
     let robot = three_with_edges();
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
+    let _solver = Solver::new(&robot);
     let loads = Loads::tip_force(Vector3::new(0.0, 0.3, -0.2));
     for motions in [[-1e-6, -1e-5], [-1e-5, 1e-4], [2e-5, -3e-6], [-2e-4, -1e-6], [-1e-4, -9e-5]] {
         let command = Command::pull(&motions).with_loads(loads.clone());
-        let held = converged(&robot, &mut workspace, &command, &settings);
-        let tensions: Vec<f64> = held.actuators.iter().map(|a| a.tension).collect();
-        let found = converged(&robot, &mut workspace, &forces(&tensions, &loads), &settings);
-        for (actuator, motion) in found.actuators.iter().zip(motions) {
+        let held = converged(&robot, &command, &settings);
+        let tensions: Vec<f64> = held.actuators().iter().map(|a| a.tension).collect();
+        let found = converged(&robot, &forces(&tensions, &loads), &settings);
+        for (actuator, motion) in found.actuators().iter().zip(motions) {
             assert!((actuator.motion - motion).abs() < 1e-9 * robot.length(), "{motions:?}: {actuator:?}");
         }
     }
@@ -92,16 +90,16 @@ fn an_edge_passes_loads() {
             [at(19.95, [0.0, -0.3, 0.0]), at(20.0, [0.0, 0.2, 0.1])],
         ] {
             let loads = Loads { wrenches: wrenches.to_vec(), ..Loads::none() };
-            let mut workspace = Workspace::new();
-            let mut warm = Equilibrium::rest(&robot, &settings);
+            let mut solver = Solver::new(&robot);
+            let mut warm = solver.rest();
             let tensions: Vec<f64> = (0..35)
                 .map(|i| {
                     let command =
                         Command::pull(&[-(19.85 + 0.02 * f64::from(i)) * MM]).with_loads(loads.clone());
-                    let found = converged(&robot, &mut workspace, &command, &settings).actuators[0].tension;
-                    solve_into(&robot, &mut workspace, &command, &settings, &mut warm).unwrap();
-                    assert_eq!(warm.status, Status::Converged);
-                    assert!((found - warm.actuators[0].tension).abs() < 1e-8, "{name} {command:?}");
+                    let found = converged(&robot, &command, &settings).actuators()[0].tension;
+                    solver.solve_into(&command, &mut warm).unwrap();
+                    assert_eq!(warm.status(), Status::Converged);
+                    assert!((found - warm.actuators()[0].tension).abs() < 1e-8, "{name} {command:?}");
                     found
                 })
                 .collect();
@@ -117,16 +115,15 @@ fn an_edge_passes_loads() {
 #[test]
 fn edges_pass_each_other_and_loads() {
     let robot = three_with_edges();
-    let settings = Settings::default();
+    let _settings = Settings::default();
     let wrenches = vec![at(1.0, [0.0, -0.3, 0.0]), at(1.5, [0.0, 0.2, 0.1])];
     let loads = Loads { wrenches, ..Loads::none() };
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     for i in 0..12 {
         for j in 0..12 {
             let motions = [i, j].map(|k| -(0.8 + 0.07 * f64::from(k)) * MM);
-            let found =
-                solve(&robot, &mut workspace, &Command::pull(&motions).with_loads(loads.clone()), &settings);
-            assert_eq!(found.unwrap().status, Status::Converged, "{motions:?}");
+            let found = solver.solve(&Command::pull(&motions).with_loads(loads.clone()));
+            assert_eq!(found.unwrap().status(), Status::Converged, "{motions:?}");
         }
     }
 }
@@ -136,7 +133,7 @@ fn edges_pass_each_other_and_loads() {
 fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
     let robot = three_with_edges();
     let settings = Settings::default();
-    let mut workspace = Workspace::new();
+    let _solver = Solver::new(&robot);
     for (pulls, turns, force) in [
         ([0.64, -0.83], [1.56, -1.22], [-0.275, -0.404, 0.311]),
         ([0.94, -0.70], [1.06, -1.47], [0.259, -0.084, 0.452]),
@@ -149,7 +146,7 @@ fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
         for (actuator, turn) in command.actuators.iter_mut().zip(turns) {
             actuator.rotation = Drive::Motion(turn);
         }
-        converged(&robot, &mut workspace, &command, &settings);
+        converged(&robot, &command, &settings);
     }
 }
 
@@ -158,21 +155,22 @@ fn a_cold_solve_prefers_the_stable_equilibrium_on_the_way_from_rest() {
 #[test]
 fn no_tension_leaves_a_follower_pushed_or_at_the_plate() {
     let settings = Settings::default();
-    let (mut found_some, mut workspace) = (0, Workspace::new());
+    let mut found_some = 0;
     for name in ["R1", "R2", "R3", "R4"] {
         let robot = prototype(name, 1.25, BelowPlate::Plain);
+        let mut solver = Solver::new(&robot);
         for push in [-0.1, -1.0, -5.0, -20.0] {
-            let pushed = converged(&robot, &mut workspace, &Command::pull(&[push * MM]), &settings);
+            let pushed = converged(&robot, &Command::pull(&[push * MM]), &settings);
             let mut least = 0.0;
             for tension in [1.0, 10.0, 1e3, 1e6, 1e9] {
                 let mut command = Command::held(&robot);
                 command.actuators[0].push_pull = Drive::Effort(tension);
-                let warm = solve_from(&robot, &mut workspace, &command, &settings, &pushed).unwrap();
-                if warm.status.is_equilibrium() {
+                let warm = solver.solve_from(&command, &pushed).unwrap();
+                if warm.status().is_equilibrium() {
                     found_some += 1;
-                    let motion = warm.actuators[0].motion;
+                    let motion = warm.actuators()[0].motion;
                     assert!(
-                        motion > least && warm.elastic_energy < tension * motion,
+                        motion > least && warm.elastic_energy() < tension * motion,
                         "{name} {push} {tension}: {motion}"
                     );
                     least = motion;

@@ -6,13 +6,11 @@ mod common;
 use common::{Random, converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::inverse::{
-    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_within, inputs_of, reach, sense,
-    shape_match,
+    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_within, inputs_of,
 };
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::{Freedom, Shape, Teeth, safe_ranges, sensitivity};
+use cppr::analysis::{Freedom, Teeth};
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{Actuator, Command, Drive, Settings, Status, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver, Status};
 use cppr::statics::{Loads, Wrench};
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -74,23 +72,22 @@ fn with_values(robot: &Robot, free: &[FreeInput], values: &[f64]) -> Command {
 
 #[test]
 fn reachable_poses_are_reached_within_the_bounds() {
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
     for case in cases() {
+        let mut solver = Solver::new(&case.robot);
         let mut random = Random::new(5);
         for turn in 0..4 {
             let values: Vec<f64> =
                 case.free.iter().map(|f| 0.95 * random.between(f.bounds[0], f.bounds[1])).collect();
             let command = with_values(&case.robot, &case.free, &values);
-            let found = solve(&case.robot, &mut workspace, &command, &settings).unwrap();
-            assert_eq!(found.status, Status::Converged);
-            let (rotation, position) = tip_pose(&case.robot, &mut workspace, &found);
+            let found = solver.solve(&command).unwrap();
+            assert_eq!(found.status(), Status::Converged);
+            let cppr::kinematics::TipPose { rotation, centre: position } = solver.tip(&found);
             let direction = case.whole.then(|| rotation.column(0) * 3.0);
             let target = Target { position: Some(position), direction };
             let held = Command::held(&case.robot);
             let accuracy = Accuracy::default();
-            let answer =
-                reach(&case.robot, &mut workspace, &held, &settings, &case.free, &target, &accuracy).unwrap();
+            let answer = solver.reach(&held, &case.free, &target, &accuracy).unwrap();
             let what = format!("{} {turn}: {values:?} {:?} {:?}", case.name, answer.values, answer.distance);
             assert!(answer.reached, "{what}");
             assert!((answer.position - position).norm() < 1e-6 * case.robot.length(), "{what}");
@@ -98,8 +95,8 @@ fn reachable_poses_are_reached_within_the_bounds() {
                 assert!(*value >= own.bounds[0] && *value <= own.bounds[1], "{what}");
             }
             // The command that is handed back leads there from rest, unless it is said to depend on the path.
-            let again = converged(&case.robot, &mut workspace, &answer.equilibrium.command, &settings);
-            let off = (tip_pose(&case.robot, &mut workspace, &again).1 - position).norm();
+            let again = converged(&case.robot, answer.equilibrium.command(), &settings);
+            let off = (solver.tip(&again).centre - position).norm();
             assert_eq!(off > 1e-6 * case.robot.length(), answer.depends_on_path, "{what}");
         }
     }
@@ -107,26 +104,23 @@ fn reachable_poses_are_reached_within_the_bounds() {
 
 #[test]
 fn out_of_reach_the_nearest_pose_is_that_of_brute_force() {
-    let mut workspace = Workspace::new();
-    let settings = Settings::default();
     let case = cases().remove(0);
+    let mut solver = Solver::new(&case.robot);
     let grid = 41;
     for target in [Vector3::new(0.14, 0.02, 0.09), Vector3::new(0.05, 0.0, 0.0), Vector3::new(0.1, 0.2, 0.0)]
     {
         let wanted = Target { position: Some(target), direction: None };
         let held = Command::held(&case.robot);
-        let answer =
-            reach(&case.robot, &mut workspace, &held, &settings, &case.free, &wanted, &Accuracy::default())
-                .unwrap();
+        let answer = solver.reach(&held, &case.free, &wanted, &Accuracy::default()).unwrap();
         let mut least = f64::INFINITY;
         for i in 0..grid {
             for j in 0..grid {
                 let share = |k: i32| 2.0 * f64::from(k) / f64::from(grid - 1) - 1.0;
                 let values = [share(i) * case.free[0].bounds[1], share(j) * case.free[1].bounds[1]];
                 let command = with_values(&case.robot, &case.free, &values);
-                let found = solve(&case.robot, &mut workspace, &command, &settings).unwrap();
-                if found.status == Status::Converged {
-                    let (_, tip) = tip_pose(&case.robot, &mut workspace, &found);
+                let found = solver.solve(&command).unwrap();
+                if found.status() == Status::Converged {
+                    let tip = solver.tip(&found).centre;
                     least = least.min((tip - target).norm());
                 }
             }
@@ -140,16 +134,14 @@ fn out_of_reach_the_nearest_pose_is_that_of_brute_force() {
 
 #[test]
 fn conditioning_moves_the_tip_along_its_axes() {
-    let mut workspace = Workspace::new();
     let case = cases().remove(0);
     let held = Command::held(&case.robot);
-    let settings = Settings::default();
+    let mut solver = Solver::new(&case.robot);
     let accuracy = Accuracy::default();
     let target = Target { position: Some(Vector3::new(0.13, -0.05, 0.02)), direction: None };
-    let answer =
-        reach(&case.robot, &mut workspace, &held, &settings, &case.free, &target, &accuracy).unwrap();
+    let answer = solver.reach(&held, &case.free, &target, &accuracy).unwrap();
     let conditioning = answer.conditioning.unwrap();
-    let exact = sensitivity(&case.robot, &mut workspace, &answer.equilibrium).unwrap();
+    let exact = solver.sensitivity(&answer.equilibrium).unwrap();
     assert_eq!(conditioning.axes.len(), 3);
     let movable: Vec<_> = conditioning.axes.iter().filter(|a| a.deviation > 0.0).collect();
     assert_eq!(movable.len(), 2, "two inputs move the tip in a surface");
@@ -175,11 +167,12 @@ fn conditioning_moves_the_tip_along_its_axes() {
 
     // Four inputs move the tip everywhere, and one combination of them leaves it.
     let Case { robot, free, .. } = cases().remove(3);
+    let mut solver = Solver::new(&robot);
     let held = Command::held(&robot);
     let target = Target { position: Some(Vector3::new(0.027, 4e-3, -5e-3)), direction: None };
-    let answer = reach(&robot, &mut workspace, &held, &settings, &free, &target, &accuracy).unwrap();
+    let answer = solver.reach(&held, &free, &target, &accuracy).unwrap();
     let conditioning = answer.conditioning.unwrap();
-    let exact = sensitivity(&robot, &mut workspace, &answer.equilibrium).unwrap();
+    let exact = solver.sensitivity(&answer.equilibrium).unwrap();
     let mut scaled = exact.tip_jacobian.rows(0, 3).into_owned();
     for (i, mut column) in scaled.column_iter_mut().enumerate() {
         column *= if i % 2 == 0 { accuracy.translation } else { accuracy.rotation };
@@ -193,21 +186,21 @@ fn conditioning_moves_the_tip_along_its_axes() {
 
 #[test]
 fn shapes_give_their_actuation_back() {
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
     for (case, labelled) in cases().into_iter().zip([true, false, false, true]) {
         let mut random = Random::new(11);
         let values: Vec<f64> =
             case.free.iter().map(|f| 0.9 * random.between(f.bounds[0], f.bounds[1])).collect();
         let command = with_values(&case.robot, &case.free, &values);
-        let found = converged(&case.robot, &mut workspace, &command, &settings);
-        let shape = Shape::sampled(&case.robot, &mut workspace, &found, 10);
+        let mut solver = Solver::new(&case.robot);
+        let found = converged(&case.robot, &command, &settings);
+        let shape = solver.shape(&found, 10);
         let points: Vec<ShapePoint> = shape.sections[1..]
             .iter()
             .map(|s| ShapePoint { label: labelled.then_some(s.label), position: s.centre, deviation: 1e-4 })
             .collect();
         let held = Command::held(&case.robot);
-        let answer = shape_match(&case.robot, &mut workspace, &held, &settings, &case.free, &points).unwrap();
+        let answer = solver.shape_match(&held, &case.free, &points).unwrap();
         assert!(answer.rms < 1e-7 * case.robot.length(), "{}: {}", case.name, answer.rms);
         let uncertainty = &answer.uncertainty;
         for (i, (got, want)) in answer.values.iter().zip(&values).enumerate() {
@@ -227,14 +220,15 @@ fn normal(random: &mut Random) -> f64 {
 #[test]
 fn forces_are_recovered_within_the_stated_intervals() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let actuator = Actuator { push_pull: Drive::Motion(5e-3), rotation: Drive::Motion(0.3) };
     let command = Command { actuators: vec![actuator], ..Command::held(&robot) };
     let force = Vector3::new(0.03, -0.12, 0.08);
     let loaded = command.clone().with_loads(Loads::tip_force(force));
-    let truth = converged(&robot, &mut workspace, &loaded, &settings);
-    let (rotation, position) = tip_pose(&robot, &mut workspace, &truth);
-    let state = truth.actuators[0];
+    let truth = converged(&robot, &loaded, &settings);
+    let cppr::kinematics::TipPose { rotation, centre: position } = solver.tip(&truth);
+    let state = truth.actuators()[0];
     let (tension, torque, place, turn) = (0.02, 5e-4, 3e-4, 5e-3);
     let mut random = Random::new(2);
     let (mut inside, mut misfit, mut spread, seeds) = ([0; 3], 0.0, 0.0, 150);
@@ -248,7 +242,7 @@ fn forces_are_recovered_within_the_stated_intervals() {
             Measured::Position(position + shift, place),
             Measured::Direction(rotation.column(0) + spin, turn),
         ];
-        let answer = sense(&robot, &mut workspace, &command, &settings, &measured, false).unwrap();
+        let answer = solver.sense(&command, &measured, false).unwrap();
         for axis in 0..3 {
             let half = 1.959_964 * answer.uncertainty.deviations[axis];
             assert!(half < 0.2, "the measurements see the force: {half}");
@@ -272,13 +266,13 @@ fn forces_are_recovered_within_the_stated_intervals() {
 #[test]
 fn what_efforts_alone_do_not_see_is_named() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let command = Command::pull(&[4e-3]);
     let force = Vector3::new(0.0, 0.05, 0.0);
-    let truth =
-        converged(&robot, &mut workspace, &command.clone().with_loads(Loads::tip_force(force)), &settings);
-    let measured = [Measured::Effort(2, Freedom::PushPull, truth.actuators[0].tension, 0.01)];
-    let answer = sense(&robot, &mut workspace, &command, &settings, &measured, false).unwrap();
+    let truth = converged(&robot, &command.clone().with_loads(Loads::tip_force(force)), &settings);
+    let measured = [Measured::Effort(2, Freedom::PushPull, truth.actuators()[0].tension, 0.01)];
+    let answer = solver.sense(&command, &measured, false).unwrap();
     // One number sees one combination, in the plane of the bend.
     let blind: Vec<_> = answer.uncertainty.principal.iter().filter(|p| p.blind).collect();
     assert_eq!(blind.len(), 2);
@@ -287,23 +281,23 @@ fn what_efforts_alone_do_not_see_is_named() {
     // The answer explains what was measured; half a kilonewton is explained by nothing.
     assert!(answer.misses[0] < 1e-6);
     let absurd = [Measured::Effort(2, Freedom::PushPull, 500.0, 0.01)];
-    let none = sense(&robot, &mut workspace, &command, &settings, &absurd, false).unwrap();
-    let left = (none.equilibrium.actuators[0].tension - 500.0) / 0.01;
+    let none = solver.sense(&command, &absurd, false).unwrap();
+    let left = (none.equilibrium.actuators()[0].tension - 500.0) / 0.01;
     assert!(none.misses[0] > 1e4 && (none.misses[0] - left.abs()).abs() < 1e-9 * none.misses[0]);
-    assert!((answer.equilibrium.actuators[0].tension - truth.actuators[0].tension).abs() < 1e-9);
+    assert!((answer.equilibrium.actuators()[0].tension - truth.actuators()[0].tension).abs() < 1e-9);
     // A whole wrench from a whole pose and both efforts.
     let moment = Vector3::new(1e-3, 2e-3, -3e-3);
     let wrench = Wrench { moment, ..Wrench::tip_force(force) };
     let loads = Loads { wrenches: vec![wrench], ..Loads::none() };
-    let truth = converged(&robot, &mut workspace, &command.clone().with_loads(loads), &settings);
-    let (rotation, position) = tip_pose(&robot, &mut workspace, &truth);
+    let truth = converged(&robot, &command.clone().with_loads(loads), &settings);
+    let cppr::kinematics::TipPose { rotation, centre: position } = solver.tip(&truth);
     let measured = [
-        Measured::Effort(2, Freedom::PushPull, truth.actuators[0].tension, 1e-4),
-        Measured::Effort(2, Freedom::Rotation, truth.actuators[0].torque, 1e-6),
+        Measured::Effort(2, Freedom::PushPull, truth.actuators()[0].tension, 1e-4),
+        Measured::Effort(2, Freedom::Rotation, truth.actuators()[0].torque, 1e-6),
         Measured::Position(position, 1e-6),
         Measured::Direction(rotation.column(0).into_owned(), 1e-5),
     ];
-    let answer = sense(&robot, &mut workspace, &command, &settings, &measured, true).unwrap();
+    let answer = solver.sense(&command, &measured, true).unwrap();
     for axis in 0..3 {
         let deviations = &answer.uncertainty.deviations;
         assert!((answer.force[axis] - force[axis]).abs() < 0.1 * deviations[axis].min(1.0));
@@ -314,8 +308,9 @@ fn what_efforts_alone_do_not_see_is_named() {
 #[test]
 fn bounds_come_from_the_limits() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (mut workspace, held) = (Workspace::new(), Command::held(&robot));
-    let ranges = safe_ranges(&robot, &mut workspace, &held, &Settings::default(), Teeth::Rigid).unwrap();
+    let held = Command::held(&robot);
+    let mut solver = Solver::new(&robot);
+    let ranges = solver.safe_ranges(&held, Teeth::Rigid).unwrap();
     let free = free_within(&robot, &ranges);
     assert_eq!(free.len(), 2);
     // Nothing limits the rotation of a straight robot: half a turn to either side.
@@ -326,14 +321,14 @@ fn bounds_come_from_the_limits() {
 #[test]
 fn what_cannot_be_asked_is_said() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let _settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let held = Command::held(&robot);
     let free: Vec<FreeInput> =
         inputs_of(&held).into_iter().map(|input| FreeInput { input, bounds: [-1e-3, 1e-3] }).collect();
     let accuracy = Accuracy::default();
-    let mut ask = |free: &[FreeInput], target: Target| {
-        reach(&robot, &mut workspace, &held, &settings, free, &target, &accuracy).unwrap_err()
-    };
+    let mut ask =
+        |free: &[FreeInput], target: Target| solver.reach(&held, free, &target, &accuracy).unwrap_err();
     let here = Target { position: Some(Vector3::new(0.15, 0.0, 0.0)), direction: None };
     assert_eq!(ask(&[], here), InverseProblem::NothingFree);
     assert_eq!(ask(&free, Target::default()), InverseProblem::NothingGiven);
@@ -344,9 +339,9 @@ fn what_cannot_be_asked_is_said() {
     let still = Target { position: None, direction: Some(Vector3::zeros()) };
     assert_eq!(ask(&free, still), InverseProblem::NotFinite("the wanted direction"));
     let point = ShapePoint { label: Some(0.2), position: Vector3::zeros(), deviation: 1e-3 };
-    let problem = shape_match(&robot, &mut workspace, &held, &settings, &free, &[point]).unwrap_err();
+    let problem = solver.shape_match(&held, &free, &[point]).unwrap_err();
     assert_eq!(problem, InverseProblem::Label(0.2));
     let effort = [Measured::Effort(3, Freedom::PushPull, 1.0, 0.1)];
-    let problem = sense(&robot, &mut workspace, &held, &settings, &effort, false).unwrap_err();
+    let problem = solver.sense(&held, &effort, false).unwrap_err();
     assert_eq!(problem, InverseProblem::EffortPrescribed(3));
 }

@@ -5,13 +5,12 @@ mod common;
 
 use common::{converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
-use cppr::analysis::stability::stability;
 use cppr::analysis::{
-    Bound, Freedom, Limit, Place, RangeProblem, SafeRange, SectionLimit, Shape, Teeth, euler_load, governing,
-    notch_capacities, safe_part, safe_ranges, section_limits,
+    Bound, Freedom, Limit, Place, RangeProblem, SafeRange, SectionLimit, Teeth, euler_load, governing,
+    notch_capacities,
 };
 use cppr::design::{BelowPlate, Inertia, Outline, Robot, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Settings, Workspace};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver};
 use cppr::statics::Loads;
 
 const LENGTH: f64 = 0.15;
@@ -26,7 +25,7 @@ fn section(outer: f64, inner: f64, depth: f64) -> Inertia {
 #[test]
 fn a_uniform_bend_has_the_strain_and_closure_of_york_and_swaney() {
     let robot = prototype("R1", 1.0, BelowPlate::Plain);
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     let (d1, d2) = (section(3e-3, 2e-3, 5e-3).centroid_offset, section(1.5e-3, 0.5e-3, 2e-3).centroid_offset);
     assert!((d1 - 2.406_328_667_04e-3).abs() < 1e-13);
     // Pulled until the leader's teeth touch: a cell turns by ℓ/(ρ̄ + D), York et al. 2015.
@@ -34,8 +33,8 @@ fn a_uniform_bend_has_the_strain_and_closure_of_york_and_swaney() {
     let curvature = angle / PITCH;
     let pull = curvature * (d1 + d2) * LENGTH;
     let command = Command::pull(&[pull]);
-    let found = converged(&robot, &mut workspace, &command, &Settings::planar());
-    let all = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    let found = converged(&robot, &command, &Settings::planar());
+    let all = solver.section_limits(&found, Teeth::Rigid);
     let of = |tube: usize| all.iter().filter(move |s| s.tube == tube);
     assert_eq!(of(1).count(), 15);
     for s in of(1) {
@@ -62,7 +61,7 @@ fn a_uniform_bend_has_the_strain_and_closure_of_york_and_swaney() {
     let gone = (pull / PITCH + 0.5).floor();
     assert!((of(2).count() as f64 - (15.0 - gone)).abs() < 0.5);
     // Where the teeth bend too, half of everything is in the notch.
-    let spread = section_limits(&robot, &mut workspace, &found, Teeth::Bending);
+    let spread = solver.section_limits(&found, Teeth::Bending);
     for (a, b) in all.iter().zip(&spread) {
         assert!((a.strain - 2.0 * b.strain).abs() < 1e-12);
     }
@@ -90,23 +89,23 @@ fn brute(outline: &Outline, depth: f64, strain: [f64; 3]) -> (f64, f64) {
 
 #[test]
 fn bending_in_both_planes_with_stretch_agrees_with_fibres_of_the_shape() {
-    let mut workspace = Workspace::new();
     for (motion, settings) in [
         (6e-3, Settings::default()),
         (-6e-3, Settings::default().with_stretch()),
         (-14e-3, Settings::default()),
     ] {
         let robot = prototype("R4", 1.26, BelowPlate::Plain);
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
         let actuator = Actuator { push_pull: Drive::Motion(motion), rotation: Drive::Motion(0.4) };
         let command = Command { actuators: vec![actuator], ..Command::held(&robot) }
             .with_loads(Loads::tip_force(Vector3::new(0.05, 0.1, 0.3)));
-        let found = converged(&robot, &mut workspace, &command, &settings);
-        let all = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+        let found = converged(&robot, &command, &settings);
+        let all = solver.section_limits(&found, Teeth::Rigid);
         // The uncut part ends at an edge, where curvatures jump: look at it from its own side.
         let side =
             |s: &SectionLimit| if s.place == Place::Uncut { (s.label - 1e-10).max(0.0) } else { s.label };
         let labels: Vec<f64> = all.iter().map(side).collect();
-        let shape = Shape::at(&robot, &mut workspace, &found, &labels);
+        let shape = solver.shape_at(&found, &labels);
         let mut uncut = 0;
         for (s, section) in all.iter().zip(&shape.sections) {
             let tube = &section.tubes[s.tube - 1];
@@ -147,11 +146,11 @@ fn what_has_no_fibres_has_no_sections_and_stability_governs() {
             stiff_tube(1e-3, [0.006, 8e-4], 2e-3, 3.0, 0.0),
         ],
     );
-    let mut workspace = Workspace::new();
-    let found = converged(&robot, &mut workspace, &Command::pull(&[3e-3]), &Settings::default());
-    let none: Vec<SectionLimit> = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    let mut solver = Solver::new(&robot);
+    let found = converged(&robot, &Command::pull(&[3e-3]), &Settings::default());
+    let none: Vec<SectionLimit> = solver.section_limits(&found, Teeth::Rigid);
     assert!(none.is_empty());
-    let margin = stability(&robot, &mut workspace, &found).unwrap().margin;
+    let margin = solver.stability(&found).unwrap().margin;
     let nearest = governing(&none, Some(margin)).unwrap();
     assert_eq!(nearest.limit, Limit::Stability);
     assert!((nearest.utilisation - (1.0 - margin)).abs() < 1e-15 && margin < 1.0);
@@ -164,7 +163,7 @@ fn printed(name: &str, factor: f64, below: BelowPlate) -> Robot {
         let TubeDesign::Notched(tube) = tube else { unreachable!() };
         tube.material.allowable_strain = Some(STRAIN);
     }
-    Robot::new(design).unwrap()
+    Robot::from_design(design).unwrap()
 }
 
 const STRAIN: f64 = 0.015;
@@ -172,9 +171,9 @@ const STRAIN: f64 = 0.015;
 #[test]
 fn the_range_of_a_uniform_robot_ends_where_the_closed_form_says() {
     let robot = printed("R1", 1.27, BelowPlate::Continued);
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(&robot, Settings::planar()).unwrap();
     let held = Command::held(&robot);
-    let ranges = safe_ranges(&robot, &mut workspace, &held, &Settings::planar(), Teeth::Rigid).unwrap();
+    let ranges = solver.safe_ranges(&held, Teeth::Rigid).unwrap();
     assert_eq!(ranges.len(), 1, "the planar resolution turns nothing");
     let (d1, d2) = (section(3e-3, 2e-3, 5e-3).centroid_offset, section(1.5e-3, 0.5e-3, 2e-3).centroid_offset);
     let sum = 1.27 * (d1 + d2);
@@ -193,20 +192,20 @@ fn the_range_of_a_uniform_robot_ends_where_the_closed_form_says() {
 #[test]
 fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
     let robot = printed("R3", 1.26, BelowPlate::Plain);
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let loads = Loads::tip_force(Vector3::new(0.0, 0.05, 0.1));
     let held = Command::held(&robot).with_loads(loads);
-    let ranges = safe_ranges(&robot, &mut workspace, &held, &settings, Teeth::Rigid).unwrap();
+    let ranges = solver.safe_ranges(&held, Teeth::Rigid).unwrap();
     assert_eq!(ranges.len(), 2);
-    let solved = |workspace: &mut Workspace, range: &SafeRange, value: f64| {
+    let solved = |_solver: &mut Solver, range: &SafeRange, value: f64| {
         let mut command = held.clone();
         let actuator = &mut command.actuators[0];
         match range.input.freedom {
             Freedom::PushPull => actuator.push_pull = Drive::Motion(value),
             Freedom::Rotation => actuator.rotation = Drive::Motion(value),
         }
-        converged(&robot, workspace, &command, &settings)
+        converged(&robot, &command, &settings)
     };
     for range in &ranges {
         for end in [range.low, range.high] {
@@ -216,9 +215,9 @@ fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
                 continue;
             };
             let mut utilisation = |share: f64| {
-                let found = solved(&mut workspace, range, end.value * share);
-                let sections = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
-                let margin = stability(&robot, &mut workspace, &found).unwrap().margin;
+                let found = solved(&mut solver, range, end.value * share);
+                let sections = solver.section_limits(&found, Teeth::Rigid);
+                let margin = solver.stability(&found).unwrap().margin;
                 let nearest = governing(&sections, Some(margin)).unwrap();
                 (nearest.utilisation, nearest.limit)
             };
@@ -229,10 +228,10 @@ fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
     }
     // The same limit is met under the force that holds the robot there.
     let end = ranges[0].high;
-    let tension = solved(&mut workspace, &ranges[0], end.value).actuators[0].tension;
+    let tension = solved(&mut solver, &ranges[0], end.value).actuators()[0].tension;
     let mut driven = held.clone();
     driven.actuators[0].push_pull = Drive::Effort(0.0);
-    let by_force = safe_ranges(&robot, &mut workspace, &driven, &settings, Teeth::Rigid).unwrap()[0];
+    let by_force = solver.safe_ranges(&driven, Teeth::Rigid).unwrap()[0];
     assert!((by_force.high.value - tension).abs() < 1e-6 * tension, "{by_force:?} {tension}");
     assert!(!by_force.input.is_motion);
 }
@@ -240,9 +239,9 @@ fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
 #[test]
 fn an_unsafe_start_has_no_range() {
     let robot = printed("R1", 1.27, BelowPlate::Plain);
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::new(&robot);
     let far = Command::pull(&[12e-3]);
-    let problem = safe_ranges(&robot, &mut workspace, &far, &Settings::default(), Teeth::Rigid).unwrap_err();
+    let problem = solver.safe_ranges(&far, Teeth::Rigid).unwrap_err();
     let RangeProblem::Exceeded(nearest) = problem else { panic!("{problem:?}") };
     assert_eq!(nearest.limit, Limit::Strain);
 }
@@ -251,25 +250,23 @@ fn an_unsafe_start_has_no_range() {
 #[test]
 fn the_safe_part_of_a_command_ends_at_its_first_limit() {
     let robot = printed("R3", 1.25, BelowPlate::Plain);
-    let mut workspace = Workspace::new();
     let settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let held = Command::held(&robot);
-    let range = safe_ranges(&robot, &mut workspace, &held, &settings, Teeth::Rigid).unwrap()[0];
+    let range = solver.safe_ranges(&held, Teeth::Rigid).unwrap()[0];
     for (pull, end) in [(14e-2, range.high), (-5e-2, range.low)] {
-        let part =
-            safe_part(&robot, &mut workspace, &Command::pull(&[pull]), &settings, Teeth::Rigid).unwrap();
+        let part = solver.safe_part(&Command::pull(&[pull]), Teeth::Rigid).unwrap();
         assert!((part.value * pull - end.value).abs() < 1e-8 * LENGTH, "{part:?} {end:?}");
     }
     let mut far = Command::pull(&[9e-3]).with_loads(Loads::tip_force(Vector3::new(0.0, 0.1, 0.4)));
     far.actuators[0].rotation = Drive::Motion(1.0);
-    let part = safe_part(&robot, &mut workspace, &far, &settings, Teeth::Rigid).unwrap();
+    let part = solver.safe_part(&far, Teeth::Rigid).unwrap();
     assert!((0.05..0.95).contains(&part.value), "{part:?}");
-    let found = converged(&robot, &mut workspace, &far.scaled(part.value), &settings);
-    let sections = section_limits(&robot, &mut workspace, &found, Teeth::Rigid);
+    let found = converged(&robot, &far.scaled(part.value), &settings);
+    let sections = solver.section_limits(&found, Teeth::Rigid);
     assert!((governing(&sections, None).unwrap().utilisation - 1.0).abs() < 1e-6);
     // Nothing is met by a command that is safe as a whole.
-    let near =
-        safe_part(&robot, &mut workspace, &far.scaled(0.5 * part.value), &settings, Teeth::Rigid).unwrap();
+    let near = solver.safe_part(&far.scaled(0.5 * part.value), Teeth::Rigid).unwrap();
     assert_eq!((near.value, near.bound), (1.0, Bound::Open));
 }
 

@@ -5,10 +5,9 @@ mod common;
 
 use common::prototype;
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::stability::stability;
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{Actuator, Command, Drive, March, Poses, Settings, Start, Status, Workspace, march, solve};
+use cppr::many::{March, Start};
+use cppr::solve::{Actuator, Command, Drive, Solver, Status};
 use cppr::statics::{Frame, Loads};
 use std::ops::ControlFlow;
 
@@ -45,39 +44,37 @@ fn commands() -> Vec<Command> {
 #[test]
 fn every_pose_is_what_it_is_alone() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (settings, base, commands) = (Settings::default(), Command::held(&robot), commands());
-    let mut memory = March::new();
-    let mut alone = Workspace::new();
+    let (base, commands) = (Command::held(&robot), commands());
+    let mut alone = Solver::new(&robot);
+    let mut march = March::new(alone.clone());
     for start in [Start::Rest, Start::Neighbour] {
-        let poses = Poses { robot: &robot, settings: &settings, base: &base, start };
         let mut seen = vec![false; commands.len()];
         let mut counts = [0; 3];
-        let flow = march(
-            &poses,
-            &mut memory,
+        let flow = march.run(
+            &base,
+            start,
             commands.len(),
             |pose, command| command.clone_from(&commands[pose]),
             |pose, solved| {
                 assert!(!std::mem::replace(&mut seen[pose], true), "pose {pose} comes twice");
-                match (solve(&robot, &mut alone, &commands[pose], &settings), solved) {
+                match (alone.solve(&commands[pose]), solved) {
                     (Ok(wanted), Ok(solved)) => {
-                        assert_eq!(solved.equilibrium.status, wanted.status, "pose {pose}");
-                        assert_eq!(solved.equilibrium.command, commands[pose]);
-                        if wanted.status.is_equilibrium() {
+                        assert_eq!(solved.equilibrium.status(), wanted.status(), "pose {pose}");
+                        assert_eq!(solved.equilibrium.command(), &commands[pose]);
+                        if wanted.status().is_equilibrium() {
                             counts[0] += 1;
-                            let (rotation, centre) = tip_pose(&robot, &mut alone, &wanted);
-                            assert!((solved.centre - centre).norm() < 1e-12 * robot.length(), "pose {pose}");
-                            assert!((solved.rotation - rotation).norm() < 1e-11, "pose {pose}");
-                            let efforts = [&solved.equilibrium.actuators[0], &wanted.actuators[0]];
+                            let (own, tip) = (alone.tip(&wanted), solved.tip);
+                            assert!((tip.centre - own.centre).norm() < 1e-12 * robot.length(), "pose {pose}");
+                            assert!((tip.rotation - own.rotation).norm() < 1e-11, "pose {pose}");
+                            let efforts = [&solved.equilibrium.actuators()[0], &wanted.actuators()[0]];
                             let [a, b] = efforts.map(|a| a.tension);
                             assert!(
                                 (a - b).abs() < 1e-9 * (1.0 + b.abs()),
                                 "pose {pose}: {a} instead of {b}"
                             );
                             // What is derived belongs to the same pose.
-                            let margin =
-                                stability(&robot, solved.workspace, solved.equilibrium).unwrap().margin;
-                            let own = stability(&robot, &mut alone, &wanted).unwrap().margin;
+                            let margin = solved.solver.stability(solved.equilibrium).unwrap().margin;
+                            let own = alone.stability(&wanted).unwrap().margin;
                             assert!((margin - own).abs() < 1e-8, "pose {pose}: {margin} instead of {own}");
                         } else {
                             counts[1] += 1;
@@ -102,8 +99,7 @@ fn every_pose_is_what_it_is_alone() {
 #[test]
 fn a_lost_lane_does_not_touch_its_neighbours() {
     let robot = prototype("R1", 1.27, BelowPlate::Plain);
-    let (settings, base) = (Settings::default(), Command::held(&robot));
-    let poses = Poses { robot: &robot, settings: &settings, base: &base, start: Start::Neighbour };
+    let base = Command::held(&robot);
     let mut tips = [vec![Vector3::zeros(); 80], vec![Vector3::zeros(); 80]];
     let mut lost = 0;
     for (spoiled, tips) in [false, true].into_iter().zip(&mut tips) {
@@ -111,10 +107,11 @@ fn a_lost_lane_does_not_touch_its_neighbours() {
             let force = if spoiled && pose % 4 == 1 { 1e6 } else { 0.01 * pose as f64 };
             command.actuators[0] = Actuator { push_pull: Drive::Effort(force), ..Actuator::HELD };
         };
-        let flow = march(&poses, &mut March::new(), 80, put, |pose, solved| {
+        let mut march = March::new(Solver::new(&robot));
+        let flow = march.run(&base, Start::Neighbour, 80, put, |pose, solved| {
             let solved = solved.unwrap();
-            lost += usize::from(!solved.equilibrium.status.is_equilibrium());
-            tips[pose] = solved.centre;
+            lost += usize::from(!solved.equilibrium.status().is_equilibrium());
+            tips[pose] = solved.tip.centre;
             ControlFlow::<()>::Continue(())
         });
         assert!(flow.is_continue());
@@ -128,23 +125,22 @@ fn a_lost_lane_does_not_touch_its_neighbours() {
 
 #[test]
 fn a_march_can_be_broken_off_and_memory_serves_another_robot() {
-    let mut memory = March::new();
     let robots: Vec<Robot> =
         [("R1", 1.27), ("R3", 1.26)].map(|(name, factor)| prototype(name, factor, BelowPlate::Plain)).into();
-    let settings = Settings::default();
+    let mut march = March::new(Solver::new(&robots[1]));
     for robot in [&robots[0], &robots[1], &robots[0]] {
         let base = Command::held(robot);
-        let poses = Poses { robot, settings: &settings, base: &base, start: Start::Neighbour };
+        march.solver().set_robot(robot).unwrap();
         let put = |pose: usize, command: &mut Command| {
             command.actuators[0] = Actuator::pulled(1e-4 * pose as f64);
         };
         let mut count = 0;
-        let flow = march(&poses, &mut memory, 50, put, |pose, solved| {
+        let flow = march.run(&base, Start::Neighbour, 50, put, |pose, solved| {
             let solved = solved.unwrap();
-            let own = solve(robot, &mut Workspace::new(), &solved.equilibrium.command, &settings).unwrap();
-            assert_eq!(solved.equilibrium.status, Status::Converged);
+            let own = Solver::new(robot).solve(solved.equilibrium.command()).unwrap();
+            assert_eq!(solved.equilibrium.status(), Status::Converged);
             assert!(
-                (solved.equilibrium.actuators[0].tension - own.actuators[0].tension).abs() < 1e-9,
+                (solved.equilibrium.actuators()[0].tension - own.actuators()[0].tension).abs() < 1e-9,
                 "pose {pose}"
             );
             count += 1;

@@ -6,17 +6,15 @@ mod common;
 
 use common::{converged, prototype, reference, robot, stiff_tube};
 use cppr::Vector3;
-use cppr::analysis::shape::Shape;
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Settings, Workspace};
+use cppr::solve::{Command, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use std::f64::consts::PI;
 
 #[test]
 fn uniform_unloaded_robots_meet_the_closed_form() {
     let data = reference("planar_uniform_unloaded");
-    let mut workspace = Workspace::new();
     let mut seen = 0;
     for (name, case) in data["outputs"].as_object().unwrap() {
         let number = |key: &str| case[key].as_f64().unwrap();
@@ -28,8 +26,9 @@ fn uniform_unloaded_robots_meet_the_closed_form() {
         for (motion, expected) in case["cases"].as_object().unwrap() {
             let command = Command::pull(&[motion.parse::<f64>().unwrap() * 1e-3]);
             for settings in [Settings::planar(), Settings::default()] {
-                let found = converged(&robot, &mut workspace, &command, &settings);
-                let shape = Shape::sampled(&robot, &mut workspace, &found, 2);
+                let mut solver = Solver::with_settings(&robot, settings).unwrap();
+                let found = converged(&robot, &command, &settings);
+                let shape = solver.shape(&found, 2);
                 let (base, tip) = (&shape.sections[0], &shape.sections[1]);
                 let check = |what: &str, got: f64, key: &str, unit: f64| {
                     let want = expected[key].as_f64().unwrap() * unit;
@@ -38,7 +37,7 @@ fn uniform_unloaded_robots_meet_the_closed_form() {
                         "{name} {motion} mm: {what} {got}, {want}"
                     );
                 };
-                check("tension", found.actuators[0].tension, "T_actuator_N", 1.0);
+                check("tension", found.actuators()[0].tension, "T_actuator_N", 1.0);
                 check("curvature", tip.curvature.z, "K1_per_m", 1.0);
                 check("axial force inside", base.tubes[1].force.x, "N_inside_N", 1.0);
                 let angle = tip.rotation[(1, 0)].atan2(tip.rotation[(0, 0)]);
@@ -64,7 +63,6 @@ fn uniform_unloaded_robots_meet_the_closed_form() {
 fn tapered_and_loaded_robots_meet_the_brute_force_contact_computation() {
     let data = reference("planar_contact");
     let fine = Resolution { bending_z: 12, nodes: 24, ..Resolution::PLANAR };
-    let mut workspace = Workspace::new();
     let cases = data["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 8);
     for case in cases {
@@ -82,8 +80,9 @@ fn tapered_and_loaded_robots_meet_the_brute_force_contact_computation() {
             (Settings::default(), 1e-3),
             (Settings::planar(), 15e-3),
         ] {
-            let found = converged(&robot, &mut workspace, &command, &settings);
-            let shape = Shape::sampled(&robot, &mut workspace, &found, 2);
+            let mut solver = Solver::with_settings(&robot, settings).unwrap();
+            let found = converged(&robot, &command, &settings);
+            let shape = solver.shape(&found, 2);
             let tip = shape.sections[1].tubes[0].centroid * 1e3;
             let expected = &case["consistent"]["E_n12"];
             // B−: the reference has one polynomial across the plate, where the follower's taper ends, and is 4 µm
@@ -98,7 +97,7 @@ fn tapered_and_loaded_robots_meet_the_brute_force_contact_computation() {
             for axis in 0..2 {
                 assert!((tip[axis] - want[axis]).abs() < tolerance, "{name}: {} mm, {want:?} mm", tip[axis]);
             }
-            let got = found.actuators[0].tension;
+            let got = found.actuators()[0].tension;
             assert!((got - effort).abs() < tolerance, "{name}: {got} N, {effort} N");
             let brute = &case["brute_force"]["tip_mm"];
             for axis in 0..2 {
@@ -172,18 +171,18 @@ fn shoot(robot: &Robot, motion: f64, steps: u32) -> (f64, [f64; 2]) {
 
 #[test]
 fn tapered_robots_meet_shooting_on_the_optimality_conditions() {
-    let mut workspace = Workspace::new();
     let fine =
         Settings::planar().with_resolution(Resolution { bending_z: 16, nodes: 32, ..Resolution::PLANAR });
     for (name, factor, motion) in [("R3", 1.32, -11e-3), ("R3", 1.32, 8e-3), ("R4", 1.06, -11e-3)] {
         let robot = prototype(name, factor, BelowPlate::Continued);
-        let found = converged(&robot, &mut workspace, &Command::pull(&[motion]), &fine);
-        let tip = Shape::sampled(&robot, &mut workspace, &found, 2).sections[1].tubes[0].centroid;
+        let mut solver = Solver::new(&robot);
+        let found = converged(&robot, &Command::pull(&[motion]), &fine);
+        let tip = solver.shape(&found, 2).sections[1].tubes[0].centroid;
         let (tension, expected) = shoot(&robot, motion, 2000);
         assert!(
-            (found.actuators[0].tension - tension).abs() < 2e-5,
+            (found.actuators()[0].tension - tension).abs() < 2e-5,
             "{name}: {} {tension}",
-            found.actuators[0].tension
+            found.actuators()[0].tension
         );
         for axis in 0..2 {
             assert!((tip[axis] - expected[axis]).abs() < 1e-6, "{name}: {tip} {expected:?}");

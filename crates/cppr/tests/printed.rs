@@ -5,10 +5,9 @@ mod common;
 
 use common::{HELIX, prototype, reference, robot, stiff_tube, vector};
 use cppr::Vector3;
-use cppr::analysis::shape::{Shape, tip_pose};
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Status, Workspace, solve};
+use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Solver, Status};
 use cppr::statics::{Loads, RotationKnob, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -33,7 +32,6 @@ fn agrees_with_the_independent_program_to_1e_6() {
     let resolution = Resolution { twist: 2, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 24 };
     let settings =
         Settings { formulation: Formulation::Printed, ..Settings::default().with_resolution(resolution) };
-    let mut workspace = Workspace::new();
     let cases = data["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 18);
     for case in cases {
@@ -52,6 +50,7 @@ fn agrees_with_the_independent_program_to_1e_6() {
             let motions = list(&case["delta_a_mm"]).iter().map(|a| a * 1e-3).collect();
             (build(p["L"].as_f64().unwrap(), &list(&p["D"]), &rows, &[0.0, PI], turn), motions)
         };
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
         let angles =
             if case["delta_theta_rad"].is_null() { vec![0.0; 2] } else { list(&case["delta_theta_rad"]) };
         let mut loads = Loads::none();
@@ -65,9 +64,9 @@ fn agrees_with_the_independent_program_to_1e_6() {
             .map(|(&a, &turn)| Actuator { push_pull: Drive::Motion(a), rotation: Drive::Motion(-turn) })
             .collect();
         let command = Command { actuators, loads, knob: RotationKnob::RelativeAngle };
-        let found = solve(&robot, &mut workspace, &command, &settings).unwrap();
-        assert_eq!(found.status, Status::Converged, "{name}");
-        let (rotation, tip) = tip_pose(&robot, &mut workspace, &found);
+        let found = solver.solve(&command).unwrap();
+        assert_eq!(found.status(), Status::Converged, "{name}");
+        let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);
         let error = (tip - vector(&case["tip_centreline_m"])).norm() / robot.length();
         assert!(error < 1e-6, "{name}: tip off by {error} L");
         for (axis, row) in case["tip_rotation_rows"].as_array().unwrap().iter().enumerate() {
@@ -79,7 +78,7 @@ fn agrees_with_the_independent_program_to_1e_6() {
         let largest = |list: &[f64]| list.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let arm = robot.fields_at(0, robot.length()).centroid_offset;
         let unit = largest(&forces).max(largest(&torques) / arm);
-        for (f, actuator) in found.actuators.iter().enumerate() {
+        for (f, actuator) in found.actuators().iter().enumerate() {
             let (force, torque) = (actuator.tension - forces[f], -actuator.torque - torques[f]);
             assert!(force.abs() <= 1e-6 * unit, "{name}: T {} {}", actuator.tension, forces[f]);
             assert!(torque.abs() <= 1e-6 * unit * arm, "{name}: C {} {}", actuator.torque, torques[f]);
@@ -91,7 +90,6 @@ fn agrees_with_the_independent_program_to_1e_6() {
 #[test]
 fn planar_tapered_robots_agree_with_the_planar_program() {
     let data = reference("planar_contact");
-    let mut workspace = Workspace::new();
     for case in data["cases"].as_array().unwrap() {
         let name = case["name"].as_str().unwrap();
         let robot =
@@ -108,15 +106,16 @@ fn planar_tapered_robots_agree_with_the_planar_program() {
         let resolution = Resolution { bending_z: modes, nodes: 24, ..Resolution::PLANAR };
         let settings =
             Settings { formulation: Formulation::Printed, ..Settings::planar().with_resolution(resolution) };
-        let found = solve(&robot, &mut workspace, &command, &settings).unwrap();
-        assert_eq!(found.status, Status::Converged, "{name}");
-        let tip = Shape::sampled(&robot, &mut workspace, &found, 2).sections[1].tubes[0].centroid * 1e3;
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
+        let found = solver.solve(&command).unwrap();
+        assert_eq!(found.status(), Status::Converged, "{name}");
+        let tip = solver.shape(&found, 2).sections[1].tubes[0].centroid * 1e3;
         let expected = &case["printed"][key];
         for axis in 0..2 {
             let want = expected["tip_mm"][axis].as_f64().unwrap();
             assert!((tip[axis] - want).abs() < tolerance, "{name}: {} mm, {want} mm", tip[axis]);
         }
-        let (got, want) = (found.actuators[0].tension, expected["T_N"].as_f64().unwrap());
+        let (got, want) = (found.actuators()[0].tension, expected["T_N"].as_f64().unwrap());
         assert!((got - want).abs() < tolerance * 0.1, "{name}: {got} N, {want} N");
     }
 }

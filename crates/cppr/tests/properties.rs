@@ -4,11 +4,9 @@
 mod common;
 
 use common::{Random, converged, prototype, robot, stiff_tube};
-use cppr::analysis::shape::{Shape, tip_pose};
-use cppr::analysis::stability::stability;
 use cppr::design::{BelowPlate, Profile, Robot, StiffnessTube, TubeDesign};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Settings, Workspace, generalised_forces, solve, solve_from};
+use cppr::solve::{Actuator, Command, Drive, Settings, Solver};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
 use cppr::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -87,26 +85,27 @@ fn random_command(seed: u32, followers: u32, sign: f64, loads: Loads) -> Command
 
 #[test]
 fn turning_and_mirroring_the_world_turns_and_mirrors_the_robot() {
-    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let settings = Settings::default();
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
     for seed in 0..6 {
         let count = 2 + seed % 3;
-        let solved = |workspace: &mut Workspace, sign: f64, turn: f64, map: Matrix3<f64>| {
+        let solved = |sign: f64, turn: f64, map: Matrix3<f64>| {
             let robot = random_robot(seed, count, sign, turn);
+            let _solver = Solver::new(&robot);
             let command = random_command(seed, count - 1, sign, random_loads(seed, &map));
-            let found = converged(&robot, workspace, &command, &settings);
-            let pose = tip_pose(&robot, workspace, &found);
-            (found, pose)
+            let found = converged(&robot, &command, &settings);
+            let tip = found.tip();
+            (found, (tip.rotation, tip.centre))
         };
-        let (plain, (rotation, tip)) = solved(&mut workspace, 1.0, 0.0, Matrix3::identity());
-        let (turned, (turned_rotation, turned_tip)) = solved(&mut workspace, 1.0, 0.8, about_x(0.8));
-        let (seen, (_, seen_tip)) = solved(&mut workspace, -1.0, 0.0, mirror);
+        let (plain, (rotation, tip)) = solved(1.0, 0.0, Matrix3::identity());
+        let (turned, (turned_rotation, turned_tip)) = solved(1.0, 0.8, about_x(0.8));
+        let (seen, (_, seen_tip)) = solved(-1.0, 0.0, mirror);
         assert!((turned_tip - about_x(0.8) * tip).norm() < 1e-9 * 0.15, "seed {seed}: turned");
         assert!((turned_rotation - about_x(0.8) * rotation).norm() < 1e-8);
         assert!((seen_tip - mirror * tip).norm() < 1e-9 * 0.15, "seed {seed}: mirrored {seen_tip} {tip}");
         assert!(tip.z.abs() > 1e-4, "seed {seed} stays in the plane and shows nothing");
-        for f in 0..plain.actuators.len() {
-            let (a, b, c) = (plain.actuators[f], turned.actuators[f], seen.actuators[f]);
+        for f in 0..plain.actuators().len() {
+            let (a, b, c) = (plain.actuators()[f], turned.actuators()[f], seen.actuators()[f]);
             assert!((a.tension - b.tension).abs() < 1e-8 && (a.tension - c.tension).abs() < 1e-8);
             assert!((a.torque - b.torque).abs() < 1e-10 && (a.torque + c.torque).abs() < 1e-10);
         }
@@ -115,29 +114,28 @@ fn turning_and_mirroring_the_world_turns_and_mirrors_the_robot() {
 
 #[test]
 fn followers_may_be_numbered_in_any_order() {
-    let mut workspace = Workspace::new();
     let first = random_robot(3, 3, 1.0, 0.0);
     let mut design = first.design().clone();
     design.tubes.swap(1, 2);
-    let second = Robot::new(design).unwrap();
+    let second = Robot::from_design(design).unwrap();
     let command = random_command(3, 2, 1.0, random_loads(3, &Matrix3::identity()));
     let mut swapped = command.clone();
     swapped.actuators.swap(0, 1);
-    let a = converged(&first, &mut workspace, &command, &Settings::default());
-    let b = converged(&second, &mut workspace, &swapped, &Settings::default());
-    assert!((a.actuators[0].tension - b.actuators[1].tension).abs() < 1e-8);
-    assert!((a.elastic_energy - b.elastic_energy).abs() < 1e-10 * a.elastic_energy);
+    let a = converged(&first, &command, &Settings::default());
+    let b = converged(&second, &swapped, &Settings::default());
+    assert!((a.actuators()[0].tension - b.actuators()[1].tension).abs() < 1e-8);
+    assert!((a.elastic_energy() - b.elastic_energy()).abs() < 1e-10 * a.elastic_energy());
 }
 
 #[test]
 fn the_tip_of_a_uniform_planar_robot_turns_by_pull_over_offset_under_any_load() {
-    let mut workspace = Workspace::new();
     let mut random = Random::new(11);
     let tubes = vec![
         stiff_tube(3e-3, [0.012, 1e-3], 4e-3, 0.0, 0.0),
         stiff_tube(1.1e-3, [0.005, 0.7e-3], 2e-3, PI, 0.0),
     ];
     let robot = robot(0.15, tubes);
+    let mut solver = Solver::new(&robot);
     for _ in 0..8 {
         let motion = 5e-3 * random.next();
         let flat = |v: Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
@@ -150,8 +148,8 @@ fn the_tip_of_a_uniform_planar_robot_turns_by_pull_over_offset_under_any_load() 
         });
         loads.distributed.push(DistributedForce { force: flat(random.vector(2.0)), from: 0.0, to: 0.1 });
         let command = Command::pull(&[motion]).with_loads(loads);
-        let found = converged(&robot, &mut workspace, &command, &Settings::planar());
-        let (rotation, _) = tip_pose(&robot, &mut workspace, &found);
+        let found = converged(&robot, &command, &Settings::planar());
+        let cppr::kinematics::TipPose { rotation, .. } = solver.tip(&found);
         let angle = rotation[(1, 0)].atan2(rotation[(0, 0)]);
         assert!((angle + motion / 4.1e-3).abs() < 1e-9, "{angle} {}", -motion / 4.1e-3);
     }
@@ -160,7 +158,6 @@ fn the_tip_of_a_uniform_planar_robot_turns_by_pull_over_offset_under_any_load() 
 /// ∫ (T dΔa + Υ dΩ) along a path of commands, by Gauss–Legendre, against U at its end.
 #[test]
 fn actuators_work_is_the_energy_stored() {
-    let mut workspace = Workspace::new();
     let nodes = gauss_quad::GaussLegendre::new(std::num::NonZeroUsize::new(12).unwrap());
     let robots = [
         (random_robot(5, 2, 1.0, 0.0), vec![(3e-3, 0.9)]),
@@ -170,6 +167,7 @@ fn actuators_work_is_the_energy_stored() {
         (prototype("R1", 1.26, BelowPlate::Plain), vec![(-5e-3, -0.6)]),
     ];
     for (robot, path) in robots {
+        let _solver = Solver::new(&robot);
         let at = |s: f64| Command {
             actuators: path
                 .iter()
@@ -182,25 +180,25 @@ fn actuators_work_is_the_energy_stored() {
         };
         let mut work = 0.0;
         for &(x, weight) in &nodes {
-            let found = converged(&robot, &mut workspace, &at(0.5 * (x + 1.0)), &Settings::default());
-            for (actuator, (a, turn)) in found.actuators.iter().zip(&path) {
+            let found = converged(&robot, &at(0.5 * (x + 1.0)), &Settings::default());
+            for (actuator, (a, turn)) in found.actuators().iter().zip(&path) {
                 work += 0.5 * weight * (actuator.tension * a + actuator.torque * turn);
             }
         }
-        let stored = converged(&robot, &mut workspace, &at(1.0), &Settings::default()).elastic_energy;
+        let stored = converged(&robot, &at(1.0), &Settings::default()).elastic_energy();
         assert!((work - stored).abs() < 1e-6 * stored, "work {work} J, energy {stored} J");
     }
 }
 
 #[test]
 fn prescribed_efforts_lead_back_to_the_prescribed_motion() {
-    let mut workspace = Workspace::new();
     for seed in 0..4 {
         let robot = random_robot(seed, 3, 1.0, 0.0);
+        let mut solver = Solver::new(&robot);
         let command = random_command(seed, 2, 1.0, random_loads(seed, &Matrix3::identity()));
-        let moved = converged(&robot, &mut workspace, &command, &Settings::default());
+        let moved = converged(&robot, &command, &Settings::default());
         let actuators = moved
-            .actuators
+            .actuators()
             .iter()
             .zip(&command.actuators)
             .enumerate()
@@ -215,10 +213,10 @@ fn prescribed_efforts_lead_back_to_the_prescribed_motion() {
             .collect();
         let pulled = Command { actuators, ..command.clone() };
         // Under efforts it may be unstable: from rest, another one is found then.
-        let near = converged(&robot, &mut workspace, &command.scaled(0.9), &Settings::default());
-        let found = solve_from(&robot, &mut workspace, &pulled, &Settings::default(), &near).unwrap();
-        assert!(found.status.is_equilibrium());
-        for (a, b) in moved.actuators.iter().zip(&found.actuators) {
+        let near = converged(&robot, &command.scaled(0.9), &Settings::default());
+        let found = solver.solve_from(&pulled, &near).unwrap();
+        assert!(found.status().is_equilibrium());
+        for (a, b) in moved.actuators().iter().zip(found.actuators()) {
             assert!((a.motion - b.motion).abs() < 1e-9 * 0.15, "seed {seed}: {} {}", a.motion, b.motion);
             assert!((a.rotation - b.rotation).abs() < 1e-8);
         }
@@ -227,23 +225,23 @@ fn prescribed_efforts_lead_back_to_the_prescribed_motion() {
 
 #[test]
 fn a_push_force_too_small_for_the_uncut_part_leaves_the_follower_at_the_plate() {
-    let mut workspace = Workspace::new();
     let robot = prototype("R1", 1.26, BelowPlate::Plain);
+    let _solver = Solver::new(&robot);
     let bent = |force: f64| Command {
         actuators: vec![Actuator { push_pull: Drive::Effort(force), rotation: Drive::Motion(0.0) }],
         loads: Loads::tip_force(Vector3::new(0.0, 0.2, 0.0)),
         knob: RotationKnob::Base,
     };
     let held = Command { actuators: vec![Actuator::HELD], ..bent(0.0) };
-    let outside = converged(&robot, &mut workspace, &held, &Settings::default()).actuators[0].tension;
+    let outside = converged(&robot, &held, &Settings::default()).actuators()[0].tension;
     let slightly = Command { actuators: vec![Actuator::pulled(-1e-6)], ..bent(0.0) };
-    let inside = converged(&robot, &mut workspace, &slightly, &Settings::default()).actuators[0].tension;
+    let inside = converged(&robot, &slightly, &Settings::default()).actuators()[0].tension;
     assert!(outside - inside > 1e-3, "the force jumps where the uncut part enters: {outside} {inside}");
     for (share, sign) in [(-0.5, -1.0), (0.5, 0.0), (1.5, 1.0)] {
         let force = inside + share * (outside - inside);
-        let found = converged(&robot, &mut workspace, &bent(force), &Settings::default());
-        let motion = found.actuators[0].motion;
-        assert!((found.actuators[0].tension - force).abs() < 1e-12);
+        let found = converged(&robot, &bent(force), &Settings::default());
+        let motion = found.actuators()[0].motion;
+        assert!((found.actuators()[0].tension - force).abs() < 1e-12);
         let where_to = if motion.abs() < 1e-9 { 0.0 } else { motion.signum() };
         assert!((where_to - sign).abs() < 0.5, "{force} N moves the follower by {motion} m");
     }
@@ -252,7 +250,6 @@ fn a_push_force_too_small_for_the_uncut_part_leaves_the_follower_at_the_plate() 
 /// Forces and moments of all tubes together balance the loads, section by section, and shear forces do.
 #[test]
 fn forces_of_the_tubes_add_up_to_the_loads() {
-    let mut workspace = Workspace::new();
     let fine = Settings::default().with_resolution(Resolution::SPATIAL.refined(3));
     for seed in 0..3 {
         // Shear is a derivative of the moment: it needs smooth fields to converge point by point.
@@ -262,9 +259,10 @@ fn forces_of_the_tubes_add_up_to_the_loads() {
         loads.gravity = Some(weight);
         let command = random_command(seed, 1 + seed % 2, 1.0, loads.clone());
         for (settings, tolerance) in [(fine, 2e-4), (fine.with_stretch(), 2e-3)] {
-            let found = converged(&robot, &mut workspace, &command, &settings);
+            let mut solver = Solver::with_settings(&robot, settings).unwrap();
+            let found = converged(&robot, &command, &settings);
             let count = 401;
-            let shape = Shape::sampled(&robot, &mut workspace, &found, count);
+            let shape = solver.shape(&found, count);
             let step = robot.length() / (count - 1) as f64;
             let (mut force, mut torque) = (loads.wrenches[0].force, Vector3::zeros());
             for i in (0..count).rev() {
@@ -299,7 +297,7 @@ fn forces_of_the_tubes_add_up_to_the_loads() {
                     let tangent = tube.rotation.column(0).into_owned();
                     own_moment -= tangent * arm.cross(&push).dot(&tangent);
                 }
-                let scale = found.actuators.iter().fold(1.0_f64, |m, a| m.max(a.tension.abs()));
+                let scale = found.actuators().iter().fold(1.0_f64, |m, a| m.max(a.tension.abs()));
                 assert!(
                     (own_force - force).norm() < tolerance * scale,
                     "seed {seed}, {i}: {own_force} {force}"
@@ -317,36 +315,33 @@ fn forces_of_the_tubes_add_up_to_the_loads() {
 /// EI y'' = F (L − x) − N D, to first order in a small tip force.
 #[test]
 fn stretch_agrees_with_the_sandwich_beam_and_vanishes_with_stiffness() {
-    let mut workspace = Workspace::new();
     let tube = |axial: f64, phi: f64| {
         let TubeDesign::Stiffness(tube) = stiff_tube(2e-3, [0.01, 1e-3], 3e-3, phi, 0.0) else {
             unreachable!()
         };
         TubeDesign::Stiffness(StiffnessTube { axial: Some(Profile::constant(axial)), ..tube })
     };
-    let tip = |workspace: &mut Workspace, axial: f64, command: &Command, settings: &Settings| {
+    let tip = |axial: f64, command: &Command, settings: &Settings| {
         let stiff = common::robot(0.15, vec![tube(axial, 0.0), tube(axial, PI)]);
-        let found = converged(&stiff, workspace, command, settings);
-        tip_pose(&stiff, workspace, &found).1
+        let found = converged(&stiff, command, settings);
+        found.tip().centre
     };
     let (force, length, offset, bending) = (1e-4, 0.15, 4e-3, 2e-3);
     let push = Command::pull(&[0.0]).with_loads(Loads::tip_force(Vector3::new(0.0, force, 0.0)));
     for axial in [2e3, 1e4] {
         let tension_arm = 0.5 * force * length / (1.0 + bending / (offset * offset * 0.5 * axial));
         let bent = force * length.powi(3) / (3.0 * bending) - tension_arm * length * length / (2.0 * bending);
-        let got = tip(&mut workspace, axial, &push, &Settings::default().with_stretch()).y;
+        let got = tip(axial, &push, &Settings::default().with_stretch()).y;
         assert!((got - bent).abs() < 1e-6 * bent, "{got} {bent}");
     }
     let command = Command::pull(&[6e-3]).with_loads(Loads::tip_force(Vector3::new(0.0, 0.1962, 0.0)));
-    let rigid = tip(&mut workspace, 1e4, &command, &Settings::default());
-    let gap = [1e4, 1e6]
-        .map(|ea| (tip(&mut workspace, ea, &command, &Settings::default().with_stretch()) - rigid).norm());
+    let rigid = tip(1e4, &command, &Settings::default());
+    let gap = [1e4, 1e6].map(|ea| (tip(ea, &command, &Settings::default().with_stretch()) - rigid).norm());
     assert!(gap[0] > 1e-4 && (gap[0] / gap[1] / 100.0 - 1.0).abs() < 0.05, "{gap:?}");
 }
 
 #[test]
 fn the_tip_converges_below_1e_9_of_the_length() {
-    let mut workspace = Workspace::new();
     let helix = robot(
         0.15,
         vec![
@@ -355,12 +350,11 @@ fn the_tip_converges_below_1e_9_of_the_length() {
         ],
     );
     let command = Command::pull(&[5e-3]).with_loads(Loads::tip_force(Vector3::new(0.0, 0.1, 0.1)));
-    let mut tip = |nodes: usize, modes: usize| {
+    let tip = |nodes: usize, modes: usize| {
         let resolution =
             Resolution { twist: modes, bending_y: modes, bending_z: modes, angle: modes, stretch: 0, nodes };
-        let found =
-            converged(&helix, &mut workspace, &command, &Settings::default().with_resolution(resolution));
-        tip_pose(&helix, &mut workspace, &found).1
+        let found = converged(&helix, &command, &Settings::default().with_resolution(resolution));
+        found.tip().centre
     };
     let exact = tip(96, 20);
     let errors =
@@ -370,39 +364,38 @@ fn the_tip_converges_below_1e_9_of_the_length() {
 
 #[test]
 fn margin_is_one_at_rest_and_falls_under_a_push() {
-    let mut workspace = Workspace::new();
     let robot = prototype("R1", 1.26, BelowPlate::Plain);
-    let rest = converged(&robot, &mut workspace, &Command::held(&robot), &Settings::default());
-    let margin = stability(&robot, &mut workspace, &rest).unwrap().margin;
+    let mut solver = Solver::new(&robot);
+    let rest = converged(&robot, &Command::held(&robot), &Settings::default());
+    let margin = solver.stability(&rest).unwrap().margin;
     assert!((margin - 1.0).abs() < 1e-6, "{margin}");
-    let bent = converged(&robot, &mut workspace, &Command::pull(&[7e-3]), &Settings::default());
-    let margin = stability(&robot, &mut workspace, &bent).unwrap().margin;
+    let bent = converged(&robot, &Command::pull(&[7e-3]), &Settings::default());
+    let margin = solver.stability(&bent).unwrap().margin;
     assert!(margin > 0.0 && margin < 0.99, "{margin}");
 }
 
 #[test]
 fn a_neighbour_is_found_in_fewer_steps() {
-    let mut workspace = Workspace::new();
     let robot = random_robot(2, 3, 1.0, 0.0);
     let command = random_command(2, 2, 1.0, random_loads(2, &Matrix3::identity()));
     let settings = Settings::default();
-    let start = converged(&robot, &mut workspace, &command, &settings);
+    let mut solver = Solver::new(&robot);
+    let start = converged(&robot, &command, &settings);
     let near = command.scaled(1.002);
-    let cold = converged(&robot, &mut workspace, &near, &settings);
-    let warm = solve_from(&robot, &mut workspace, &near, &settings, &start).unwrap();
+    let cold = converged(&robot, &near, &settings);
+    let warm = solver.solve_from(&near, &start).unwrap();
     assert!(
-        warm.statistics.iterations < cold.statistics.iterations,
+        warm.statistics().iterations < cold.statistics().iterations,
         "{:?} {:?}",
-        warm.statistics,
-        cold.statistics
+        warm.statistics(),
+        cold.statistics()
     );
-    assert!((warm.elastic_energy - cold.elastic_energy).abs() < 1e-10 * cold.elastic_energy);
+    assert!((warm.elastic_energy() - cold.elastic_energy()).abs() < 1e-10 * cold.elastic_energy());
 }
 
 /// Whatever is asked, what comes out is a status and finite numbers.
 #[test]
 fn absurd_commands_get_an_answer() {
-    let mut workspace = Workspace::new();
     let mut random = Random::new(77);
     let robot = prototype("R3", 1.3, BelowPlate::Plain);
     let mut failures = 0;
@@ -426,11 +419,12 @@ fn absurd_commands_get_an_answer() {
         let command =
             Command { actuators: vec![Actuator { push_pull, rotation }], loads, knob: RotationKnob::Base };
         let settings = Settings { smallest_step: 1.0 / 16.0, ..Settings::default() };
-        let found = solve(&robot, &mut workspace, &command, &settings).unwrap();
-        failures += usize::from(!found.status.is_equilibrium());
-        assert!(!found.status.to_string().is_empty());
-        let (rotation, tip) = tip_pose(&robot, &mut workspace, &found);
-        let numbers = found.actuators.iter().flat_map(|a| [a.motion, a.rotation, a.tension, a.torque]);
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
+        let found = solver.solve(&command).unwrap();
+        failures += usize::from(!found.status().is_equilibrium());
+        assert!(!found.status().to_string().is_empty());
+        let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);
+        let numbers = found.actuators().iter().flat_map(|a| [a.motion, a.rotation, a.tension, a.torque]);
         let finite = numbers.chain(tip.iter().copied()).chain(rotation.iter().copied()).all(f64::is_finite);
         assert!(finite, "{command:?}");
     }
@@ -439,14 +433,16 @@ fn absurd_commands_get_an_answer() {
 
 #[test]
 fn commands_that_make_no_sense_are_refused_with_a_reason() {
-    let mut workspace = Workspace::new();
     let robot = robot(
         0.1,
         vec![stiff_tube(1e-3, [1e-3, 1e-4], 1e-4, 0.0, 0.0), stiff_tube(1e-3, [1e-3, 1e-4], 1e-4, PI, 0.0)],
     );
     let settings = Settings::default();
-    let mut refused = |command: &Command, settings: &Settings, fragment: &str| {
-        let problem = solve(&robot, &mut workspace, command, settings).unwrap_err().to_string();
+    let refused = |command: &Command, settings: &Settings, fragment: &str| {
+        let problem = match Solver::with_settings(&robot, *settings) {
+            Ok(mut solver) => solver.solve(command).unwrap_err().to_string(),
+            Err(problem) => problem.to_string(),
+        };
         assert!(problem.contains(fragment), "{problem}");
     };
     refused(&Command::pull(&[]), &settings, "0 actuators are given for a robot with 1 followers");
@@ -470,22 +466,21 @@ fn commands_that_make_no_sense_are_refused_with_a_reason() {
 /// What a solver of one's own would bring to zero is zero where ours has arrived, and is not elsewhere.
 #[test]
 fn generalised_forces_vanish_at_equilibrium() {
-    let (mut workspace, settings) = (Workspace::new(), Settings::default());
+    let settings = Settings::default();
     let robot = random_robot(3, 3, 1.0, 0.0);
+    let mut solver = Solver::new(&robot);
     let command = random_command(3, 2, 1.0, random_loads(3, &Matrix3::identity()));
-    let found = converged(&robot, &mut workspace, &command, &settings);
+    let found = converged(&robot, &command, &settings);
     let actuators = found
-        .actuators
+        .actuators()
         .iter()
         .map(|a| Actuator { push_pull: Drive::Effort(a.tension), rotation: Drive::Effort(a.torque) });
     let driven = Command { actuators: actuators.collect(), ..command };
-    let mut at = |coordinates: &[f64]| {
-        generalised_forces(&robot, &mut workspace, &driven, &settings, coordinates).unwrap()
-    };
+    let mut at = |coordinates: &[f64]| solver.generalised_forces(&driven, coordinates).unwrap();
     let largest = |forces: &[f64]| forces.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
     let (here, rest) = (at(found.coordinates()), at(&[]));
     assert!(largest(&here.forces) < 1e-9 * largest(&rest.forces));
-    for (own, actuator) in here.motions.iter().zip(&found.actuators) {
+    for (own, actuator) in here.motions.iter().zip(found.actuators()) {
         assert!((own[0] - actuator.motion).abs() < 1e-12 && (own[1] - actuator.rotation).abs() < 1e-10);
     }
 }

@@ -6,11 +6,9 @@ mod common;
 
 use common::{reference, robot, stiff_tube, vector};
 use cppr::Vector3;
-use cppr::analysis::shape::{Shape, tip_pose};
-use cppr::analysis::stability::stability;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use cppr::solve::{Command, Settings, Solver, Status};
 use cppr::statics::{DistributedForce, Loads, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -37,14 +35,15 @@ fn load(force: [f64; 3], moment: [f64; 3]) -> Command {
 
 #[test]
 fn elastica_under_a_transverse_dead_load() {
-    let (robot, mut workspace) = (rod(1.0), Workspace::new());
+    let robot = rod(1.0);
+    let mut solver = Solver::with_settings(&robot, planar(16)).unwrap();
     for (alpha, expected) in
         case("elastica_cantilever_transverse_dead_tip_load")["outputs"].as_object().unwrap()
     {
         let command = load([0.0, alpha.parse().unwrap(), 0.0], [0.0; 3]);
-        let found = solve(&robot, &mut workspace, &command, &planar(16)).unwrap();
-        assert_eq!(found.status, Status::Converged);
-        let (rotation, tip) = tip_pose(&robot, &mut workspace, &found);
+        let found = solver.solve(&command).unwrap();
+        assert_eq!(found.status(), Status::Converged);
+        let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);
         let got = [tip.y, 1.0 - tip.x, rotation[(1, 0)].atan2(rotation[(0, 0)])];
         for (got, key) in got.into_iter().zip(["w_over_L", "u_over_L", "theta_rad"]) {
             let want = expected[key].as_f64().unwrap();
@@ -55,19 +54,19 @@ fn elastica_under_a_transverse_dead_load() {
 
 #[test]
 fn elastica_beyond_buckling() {
-    let (robot, mut workspace) = (rod(1.0), Workspace::new());
+    let robot = rod(1.0);
     let settings = planar(24);
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
     for (angle, expected) in case("elastica_clamped_free_axial_postbuckling")["outputs"].as_object().unwrap()
     {
         let force = expected["PL2_over_EI"].as_f64().unwrap();
         // Bent to the right side first by a moment, then released to the axial load alone.
         let degrees: f64 = angle.parse().unwrap();
         let bend = degrees.to_radians() / 1.2;
-        let bent = solve(&robot, &mut workspace, &load([0.0; 3], [0.0, 0.0, bend]), &settings).unwrap();
-        let found = solve_from(&robot, &mut workspace, &load([-force, 0.0, 0.0], [0.0; 3]), &settings, &bent)
-            .unwrap();
-        assert_eq!(found.status, Status::Converged, "{angle} degrees");
-        let (_, tip) = tip_pose(&robot, &mut workspace, &found);
+        let bent = solver.solve(&load([0.0; 3], [0.0, 0.0, bend])).unwrap();
+        let found = solver.solve_from(&load([-force, 0.0, 0.0], [0.0; 3]), &bent).unwrap();
+        assert_eq!(found.status(), Status::Converged, "{angle} degrees");
+        let tip = solver.tip(&found).centre;
         for (got, key) in [tip.x, tip.y].into_iter().zip(["x_over_L", "y_over_L"]) {
             let want = expected[key].as_f64().unwrap();
             assert!((got - want).abs() < 1e-8, "{angle} degrees: {key} {got} {want}");
@@ -77,17 +76,18 @@ fn elastica_beyond_buckling() {
 
 #[test]
 fn pure_bending_closes_a_circle() {
-    let (robot, mut workspace) = (rod(1.0), Workspace::new());
+    let robot = rod(1.0);
     for (factor, expected) in case("pure_bending_to_circle")["outputs"].as_object().unwrap() {
         let moment = factor.trim_end_matches("*pi").parse::<f64>().unwrap() * PI;
         for (settings, moments) in
             [(planar(12), [0.0, 0.0, moment]), (Settings::default(), [0.0, 0.0, moment])]
         {
-            let found = solve(&robot, &mut workspace, &load([0.0; 3], moments), &settings).unwrap();
-            let (_, tip) = tip_pose(&robot, &mut workspace, &found);
+            let mut solver = Solver::with_settings(&robot, settings).unwrap();
+            let found = solver.solve(&load([0.0; 3], moments)).unwrap();
+            let tip = solver.tip(&found).centre;
             assert!((tip.x - expected["x"].as_f64().unwrap()).abs() < 1e-8);
             assert!((tip.y - expected["y"].as_f64().unwrap()).abs() < 1e-8);
-            let bend = found.elastic_energy - 0.5 * moment * moment;
+            let bend = found.elastic_energy() - 0.5 * moment * moment;
             assert!(bend.abs() < 1e-8, "energy off by {bend}");
         }
     }
@@ -97,25 +97,25 @@ fn pure_bending_closes_a_circle() {
 fn helix_under_a_wrench() {
     let helix = case("helix_of_straight_rod_under_wrench");
     let robot = rod(0.7);
-    let mut workspace = Workspace::new();
     let resolution = Resolution { twist: 16, bending_y: 16, bending_z: 16, nodes: 48, ..Resolution::SPATIAL };
     let settings = Settings { resolution, ..Settings::default() };
+    let mut solver = Solver::with_settings(&robot, settings).unwrap();
     // There is more than one equilibrium under this wrench: come from the curvatures of the helix itself.
     let at = |factor: f64| {
         let (force, moment) = (vector(&helix["inputs"]["F"]), vector(&helix["inputs"]["M_tip"]));
         load((force * factor).into(), (moment * factor).into())
     };
-    let mut found = Equilibrium::rest(&robot, &settings);
+    let mut found = solver.rest();
     for i in 1..=40 {
-        found = solve_from(&robot, &mut workspace, &at(f64::from(i) / 40.0), &settings, &found).unwrap();
+        found = solver.solve_from(&at(f64::from(i) / 40.0), &found).unwrap();
     }
-    let (rotation, tip) = tip_pose(&robot, &mut workspace, &found);
+    let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);
     let outputs = &helix["outputs"];
     let error = |got: Vector3<f64>, key: &str| (got - vector(&outputs[key])).norm();
     assert!(error(tip, "tip") < 1e-8, "{tip} {}", outputs["tip"]);
     assert!(error(rotation.column(0).into_owned(), "tip_tangent") < 1e-8);
     assert!(error(rotation.column(1).into_owned(), "tip_d2") < 1e-8);
-    for section in Shape::sampled(&robot, &mut workspace, &found, 9).sections {
+    for section in solver.shape(&found, 9).sections {
         let turn = 2.0 * section.label;
         // κ b in axes that run ahead of the Frenet frame by (twist − τ) s; the reference's remark has sin with a
         // minus sign, with which its own tip is not reached.
@@ -132,13 +132,13 @@ fn critical(
     high: f64,
     command: impl Fn(f64) -> Command,
 ) -> f64 {
-    let mut workspace = Workspace::new();
+    let mut solver = Solver::with_settings(robot, *settings).unwrap();
     let (mut low, mut high) = (low, high);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        let found = solve(robot, &mut workspace, &command(middle), settings).unwrap();
-        let margin = stability(robot, &mut workspace, &found).unwrap().margin;
-        assert_eq!(found.status == Status::Converged, margin > 0.0);
+        let found = solver.solve(&command(middle)).unwrap();
+        let margin = solver.stability(&found).unwrap().margin;
+        assert_eq!(found.status() == Status::Converged, margin > 0.0);
         if margin > 0.0 { low = middle } else { high = middle }
     }
     0.5 * (low + high)
@@ -150,22 +150,22 @@ fn configurational_force_of_a_sliding_sleeve() {
     let sleeve = case("bigoni_sliding_sleeve_configurational_force");
     let (load_size, want) =
         (sleeve["inputs"]["P"].as_f64().unwrap(), |key: &str| sleeve["outputs"][key].as_f64().unwrap());
-    let mut workspace = Workspace::new();
     let command = load([0.0, load_size, 0.0], [0.0; 3]);
-    let mut potential = |length: f64| {
+    let potential = |length: f64| {
         let robot = robot(length, vec![stiff_tube(0.0, [1.0, 1.0], 1.0, 0.0, 0.0)]);
-        let found = solve(&robot, &mut workspace, &command, &planar(16)).unwrap();
-        assert_eq!(found.status, Status::Converged);
-        let (_, tip) = tip_pose(&robot, &mut workspace, &found);
-        let base = Shape::sampled(&robot, &mut workspace, &found, 2).sections[0].tubes[0].moment.z;
-        (found.elastic_energy - load_size * tip.y, tip, base)
+        let mut solver = Solver::with_settings(&robot, planar(16)).unwrap();
+        let found = solver.solve(&command).unwrap();
+        assert_eq!(found.status(), Status::Converged);
+        let tip = solver.tip(&found).centre;
+        let base = solver.shape(&found, 2).sections[0].tubes[0].moment.z;
+        (found.elastic_energy() - load_size * tip.y, tip, base)
     };
     let (_, tip, moment) = potential(1.0);
     for (got, key) in [(tip.x, "tip_x"), (tip.y, "tip_y"), (moment, "M0")] {
         assert!((got - want(key)).abs() < 1e-8, "{key} {got}");
     }
     let step = 1e-3;
-    let mut slope = |step: f64| (potential(1.0 + step).0 - potential(1.0 - step).0) / (2.0 * step);
+    let slope = |step: f64| (potential(1.0 + step).0 - potential(1.0 - step).0) / (2.0 * step);
     let force = -(4.0 * slope(step) - slope(2.0 * step)) / 3.0;
     assert!((force - want("F_config")).abs() < 1e-8, "{force}");
 }

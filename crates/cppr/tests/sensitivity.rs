@@ -4,12 +4,12 @@
 mod common;
 
 use common::{prototype, robot, stiff_tube};
-use cppr::analysis::shape::{Shape, tip_pose};
-use cppr::analysis::{Perturbed, outputs_by_inputs, parameter_sensitivity, sensitivity};
+use cppr::Vector3;
+use cppr::analysis::Perturbed;
 use cppr::design::{BelowPlate, Robot, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Workspace, solve_from};
+use cppr::kinematics::TipPose;
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver};
 use cppr::statics::{Loads, RotationKnob, Wrench};
-use cppr::{Matrix3, Vector3};
 
 fn helix() -> Robot {
     robot(
@@ -23,9 +23,9 @@ fn helix() -> Robot {
 }
 
 /// Twist (translation, rotation) from one pose to another over a distance.
-fn twist(a: &(Matrix3<f64>, Vector3<f64>), b: &(Matrix3<f64>, Vector3<f64>), distance: f64) -> [f64; 6] {
-    let turn = (b.0 * a.0.transpose() - a.0 * b.0.transpose()) * (0.5 / distance);
-    let shift = (b.1 - a.1) / distance;
+fn twist(a: &TipPose, b: &TipPose, distance: f64) -> [f64; 6] {
+    let turn = (b.rotation * a.rotation.transpose() - a.rotation * b.rotation.transpose()) * (0.5 / distance);
+    let shift = (b.centre - a.centre) / distance;
     [shift.x, shift.y, shift.z, turn[(2, 1)], turn[(0, 2)], turn[(1, 0)]]
 }
 
@@ -66,7 +66,7 @@ fn nudged(command: &Command, input: usize, by: f64) -> Command {
 }
 
 fn conjugate(found: &Equilibrium, input: usize) -> f64 {
-    let (state, drives) = (found.actuators[input / 2], found.command.actuators[input / 2]);
+    let (state, drives) = (found.actuators()[input / 2], found.command().actuators[input / 2]);
     match (input % 2, drives.push_pull, drives.rotation) {
         (0, Drive::Motion(_), _) => state.tension,
         (0, Drive::Effort(_), _) => state.motion,
@@ -77,24 +77,24 @@ fn conjugate(found: &Equilibrium, input: usize) -> f64 {
 
 #[test]
 fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
-    let mut workspace = Workspace::new();
     let settings = Settings { tolerance: 1e-13, ..Settings::default() };
     for Case { robot, command } in cases() {
-        let rest = Equilibrium::rest(&robot, &settings);
-        let found = solve_from(&robot, &mut workspace, &command, &settings, &rest).unwrap();
-        let exact = sensitivity(&robot, &mut workspace, &found).unwrap();
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
+        let rest = solver.rest();
+        let found = solver.solve_from(&command, &rest).unwrap();
+        let exact = solver.sensitivity(&found).unwrap();
         let m = exact.inputs.len();
-        let at = |workspace: &mut Workspace, command: &Command| {
-            let near = solve_from(&robot, workspace, command, &settings, &found).unwrap();
-            assert!(near.status.is_equilibrium());
-            let pose = tip_pose(&robot, workspace, &near);
+        let at = |solver: &mut Solver, command: &Command| {
+            let near = solver.solve_from(command, &found).unwrap();
+            assert!(near.status().is_equilibrium());
+            let pose = solver.tip(&near);
             (near, pose)
         };
         for input in 0..m {
             let step = if exact.inputs[input].is_motion { 3e-6 } else { 3e-5 };
             let (ahead, behind) = (
-                at(&mut workspace, &nudged(&command, input, step)),
-                at(&mut workspace, &nudged(&command, input, -step)),
+                at(&mut solver, &nudged(&command, input, step)),
+                at(&mut solver, &nudged(&command, input, -step)),
             );
             let size = exact.tip_jacobian.column(input).norm();
             assert!(size > 1e-6, "input {input} moves nothing");
@@ -118,7 +118,7 @@ fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
                 loads.wrenches.push(Wrench::tip_force(force));
                 command.clone().with_loads(loads)
             };
-            let (ahead, behind) = (at(&mut workspace, &pushed(1.0)), at(&mut workspace, &pushed(-1.0)));
+            let (ahead, behind) = (at(&mut solver, &pushed(1.0)), at(&mut solver, &pushed(-1.0)));
             for (row, value) in twist(&behind.1, &ahead.1, 2.0 * step).into_iter().enumerate() {
                 let got = exact.compliance[(row, axis)];
                 assert!(
@@ -141,12 +141,12 @@ fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
         let forces = block.fixed_view::<3, 3>(0, 0) - other.fixed_view::<3, 3>(0, 0);
         assert!(forces.norm() < 1e-8 * block.fixed_view::<3, 3>(0, 0).norm(), "compliance is not symmetric");
         // Outputs that are read along the inputs' directions agree with those that are differentiated exactly.
-        let read = |robot: &Robot, workspace: &mut Workspace, eq: &Equilibrium| {
-            let tip = tip_pose(robot, workspace, eq).1;
-            let tensions = eq.actuators.iter().map(|a| a.tension);
+        let read = |solver: &mut Solver, eq: &Equilibrium| {
+            let tip = solver.tip(eq).centre;
+            let tensions = eq.actuators().iter().map(|a| a.tension);
             tip.iter().copied().chain(tensions).collect()
         };
-        let along = outputs_by_inputs(&robot, &mut workspace, &found, read).unwrap();
+        let along = solver.outputs_by_inputs(&found, read).unwrap();
         assert_eq!(along.shape(), (3 + m / 2, m));
         let near = |got: f64, want: f64, size: f64| assert!((got - want).abs() < 1e-9 * size, "{got} {want}");
         for input in 0..m {
@@ -169,7 +169,6 @@ fn jacobians_agree_with_re_solved_neighbours_and_are_reciprocal() {
 
 #[test]
 fn design_parameters_agree_with_re_solved_robots() {
-    let mut workspace = Workspace::new();
     let settings = Settings { tolerance: 1e-13, ..Settings::default() };
     let base = prototype("R3", 1.26, BelowPlate::Plain);
     let design = base.design().clone();
@@ -185,14 +184,15 @@ fn design_parameters_agree_with_re_solved_robots() {
                 _ => {}
             }
         }
-        Robot::new(design).ok()
+        Robot::from_design(design).ok()
     };
     for motion in [5e-3, -5e-3] {
         let command = Command::pull(&[motion]).with_loads(Loads::tip_force(Vector3::new(0.0, 0.1, 0.1)));
-        let rest = Equilibrium::rest(&base, &settings);
-        let found = solve_from(&base, &mut workspace, &command, &settings, &rest).unwrap();
-        let read = |robot: &Robot, workspace: &mut Workspace, eq: &Equilibrium| {
-            let shape = Shape::sampled(robot, workspace, eq, 3);
+        let mut solver = Solver::with_settings(&base, settings).unwrap();
+        let rest = solver.rest();
+        let found = solver.solve_from(&command, &rest).unwrap();
+        let read = |solver: &mut Solver, eq: &Equilibrium| {
+            let shape = solver.shape(eq, 3);
             let (middle, tip) = (shape.sections[1].tubes[1].centroid, shape.sections[2].centre);
             vec![
                 middle.x,
@@ -201,25 +201,26 @@ fn design_parameters_agree_with_re_solved_robots() {
                 tip.x,
                 tip.y,
                 tip.z,
-                eq.actuators[0].tension * 1e-2,
-                eq.actuators[0].torque,
+                eq.actuators()[0].tension * 1e-2,
+                eq.actuators()[0].torque,
             ]
         };
         for which in 0..3 {
             let moved = Perturbed::new(1e-3, |p| change(which, p)).unwrap();
-            let exact = parameter_sensitivity(&base, &mut workspace, &found, &moved, read).unwrap();
+            let exact = solver.parameter_sensitivity(&found, &moved, read).unwrap();
             // Only the fields are differenced: sixteen times the error, at twice the step, is still rounding. (The
             // depth of R3's follower stands at the kink of its inertia at the base.)
             let wider = Perturbed::new(2e-3, |p| change(which, p)).unwrap();
-            let again = parameter_sensitivity(&base, &mut workspace, &found, &wider, read).unwrap();
+            let again = solver.parameter_sensitivity(&found, &wider, read).unwrap();
             let largest = exact.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             if which < 2 {
                 assert!(exact.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-10 * largest));
             }
-            let mut solved = |p: f64| {
+            let solved = |p: f64| {
                 let robot = change(which, p).unwrap();
-                let eq = solve_from(&robot, &mut workspace, &command, &settings, &found).unwrap();
-                read(&robot, &mut workspace, &eq)
+                let mut solver = Solver::with_settings(&robot, settings).unwrap();
+                let eq = solver.solve_from(&command, &found).unwrap();
+                read(&mut solver, &eq)
             };
             let step = 1e-3;
             let (a, b, c, d) = (solved(step), solved(-step), solved(2.0 * step), solved(-2.0 * step));

@@ -5,13 +5,11 @@
 
 use crate::common::{prototype, robot, stiff_tube};
 use cppr::Vector3;
-use cppr::analysis::shape::tip_pose;
-use cppr::analysis::{Sensitivity, sensitivity_into};
+use cppr::analysis::Sensitivity;
 use cppr::design::{BelowPlate, Robot};
-use cppr::kinematics::Resolution;
-use cppr::solve::{
-    Batch, Command, CommandProblem, Equilibrium, Settings, Tip, Workspace, solve_batch, solve_into,
-};
+use cppr::kinematics::{Resolution, TipPose};
+use cppr::many::Batch;
+use cppr::solve::{Command, CommandProblem, Equilibrium, Settings, Solver};
 use cppr::statics::Loads;
 use std::f64::consts::TAU;
 
@@ -85,7 +83,7 @@ fn three_tubes() -> Robot {
 /// A case and what it reuses.
 pub struct Runner {
     pub case: Case,
-    workspace: Workspace,
+    pub solver: Solver,
     rest: Equilibrium,
     pub equilibrium: Equilibrium,
     sensitivity: Sensitivity,
@@ -94,10 +92,11 @@ pub struct Runner {
 
 impl Runner {
     pub fn new(case: Case) -> Self {
-        let rest = Equilibrium::rest(&case.robot, &case.settings);
-        let (workspace, equilibrium) = (Workspace::new(), rest.clone());
+        let mut solver = Solver::with_settings(&case.robot, case.settings).unwrap();
+        let rest = solver.rest();
+        let equilibrium = rest.clone();
         let mut runner =
-            Self { case, workspace, rest, equilibrium, sensitivity: Sensitivity::default(), turn: 0 };
+            Self { case, solver, rest, equilibrium, sensitivity: Sensitivity::default(), turn: 0 };
         for _ in 0..2 {
             runner.once();
         }
@@ -107,25 +106,25 @@ impl Runner {
     /// One solve; returns the tension.
     #[inline(never)]
     pub fn once(&mut self) -> f64 {
-        let Self { case, workspace, rest, equilibrium, sensitivity, turn } = self;
+        let Self { case, solver, rest, equilibrium, sensitivity, turn } = self;
         *turn += 1;
         if !case.warm {
             equilibrium.copy(rest);
         }
         let command = &case.commands[*turn % 2];
-        let solved = solve_into(&case.robot, workspace, command, &case.settings, equilibrium);
-        assert!(solved.is_ok() && equilibrium.status.is_equilibrium());
+        let solved = solver.solve_into(command, equilibrium);
+        assert!(solved.is_ok() && equilibrium.status().is_equilibrium());
         if case.jacobian {
-            assert!(sensitivity_into(&case.robot, workspace, equilibrium, sensitivity));
+            assert!(solver.sensitivity_into(equilibrium, sensitivity).is_ok());
         }
-        equilibrium.actuators[0].tension
+        equilibrium.actuators()[0].tension
     }
 }
 
 impl Runner {
     /// Where the tip is after the solve.
-    pub fn tip(&mut self) -> (cppr::Matrix3<f64>, Vector3<f64>) {
-        tip_pose(&self.case.robot, &mut self.workspace, &self.equilibrium)
+    pub fn tip(&mut self) -> TipPose {
+        self.solver.tip(&self.equilibrium)
     }
 }
 
@@ -136,13 +135,14 @@ pub struct BatchRunner {
     commands: [Vec<Command>; 2],
     rest: Equilibrium,
     equilibria: Vec<Equilibrium>,
-    tips: Vec<Result<Tip, CommandProblem>>,
+    tips: Vec<Result<TipPose, CommandProblem>>,
     turn: usize,
 }
 
 impl BatchRunner {
     pub fn new(case: Case, count: usize) -> Self {
-        let rest = Equilibrium::rest(&case.robot, &case.settings);
+        let mut batch = Batch::new(Solver::with_settings(&case.robot, case.settings).unwrap());
+        let rest = batch.solver().rest();
         // Neighbours differ by micrometres, as in a sweep.
         let commands = [0, 1].map(|side: usize| {
             let spread = |i: usize| {
@@ -154,8 +154,7 @@ impl BatchRunner {
             (0..count).map(spread).collect()
         });
         let equilibria = vec![rest.clone(); count];
-        let mut runner =
-            Self { case, batch: Batch::new(), commands, rest, equilibria, tips: Vec::new(), turn: 0 };
+        let mut runner = Self { case, batch, commands, rest, equilibria, tips: Vec::new(), turn: 0 };
         for _ in 0..2 {
             runner.once();
         }
@@ -169,9 +168,9 @@ impl BatchRunner {
         if !self.case.warm {
             self.equilibria.iter_mut().for_each(|e| e.copy(&self.rest));
         }
-        let Self { case, batch, commands, equilibria, tips, turn, .. } = self;
-        solve_batch(&case.robot, batch, &commands[*turn % 2], &case.settings, equilibria, tips);
-        assert!(tips.iter().all(Result::is_ok) && equilibria.iter().all(|e| e.status.is_equilibrium()));
-        equilibria.last().map_or(0.0, |e| e.actuators[0].tension)
+        let Self { case: _, batch, commands, equilibria, tips, turn, .. } = self;
+        batch.solve(&commands[*turn % 2], equilibria, tips);
+        assert!(tips.iter().all(Result::is_ok) && equilibria.iter().all(|e| e.status().is_equilibrium()));
+        equilibria.last().map_or(0.0, |e| e.actuators()[0].tension)
     }
 }

@@ -8,7 +8,7 @@ mod common;
 mod straightforward;
 
 use cases::{BatchRunner, Case, NAMES, Runner};
-use cppr::solve::batch::WIDTH;
+use cppr::many::WIDTH;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use straightforward::Straightforward;

@@ -1,7 +1,7 @@
 //! How one solves for an equilibrium with nothing but the generalised forces: finite differences and a controller loop.
 
 use crate::cases::Case;
-use cppr::solve::{Command, Drive, GeneralisedForces, Settings, Workspace, generalised_forces};
+use cppr::solve::{Command, Drive, GeneralisedForces, Solver};
 
 /// Relative step of the differences.
 const STEP: f64 = 1e-6;
@@ -9,7 +9,7 @@ const STEP: f64 = 1e-6;
 /// Newton's method by differences on the coordinates of a follower pulled by force, and integral control of that force.
 pub struct Straightforward<'a> {
     case: &'a Case,
-    workspace: Workspace,
+    solver: Solver,
     command: Command,
     pub motion: f64,
 }
@@ -18,14 +18,17 @@ impl<'a> Straightforward<'a> {
     pub fn new(case: &'a Case) -> Self {
         let mut command = case.commands[0].clone();
         command.actuators[0].rotation = Drive::Effort(0.0);
-        Self { case, workspace: Workspace::new(), command, motion: 0.0 }
+        Self {
+            case,
+            solver: Solver::with_settings(&case.robot, case.settings).unwrap(),
+            command,
+            motion: 0.0,
+        }
     }
 
     fn forces(&mut self, tension: f64, coordinates: &[f64]) -> GeneralisedForces {
         self.command.actuators[0].push_pull = Drive::Effort(tension);
-        let settings: &Settings = &self.case.settings;
-        generalised_forces(&self.case.robot, &mut self.workspace, &self.command, settings, coordinates)
-            .unwrap()
+        self.solver.generalised_forces(&self.command, coordinates).unwrap()
     }
 
     /// Coordinates in equilibrium with a tension; curvatures are brought to the size of angles by the length.

@@ -82,8 +82,8 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
             greatest = Some(Demand { asked, amount: amount.abs(), angle, right_angle });
         }
     };
-    for (actuator, tube) in command.actuators.iter().zip(2..) {
-        let lever = middle[0].centroid_offset + middle[tube - 1].centroid_offset;
+    for ((actuator, follower), tube) in command.actuators.iter().zip(&middle[1..]).zip(2..) {
+        let lever = middle[0].centroid_offset + follower.centroid_offset;
         match actuator.push_pull {
             Drive::Motion(pull) => ask(Asked::Pull(tube), pull, 1.0 / lever.max(f64::MIN_POSITIVE)),
             Drive::Effort(tension) => ask(Asked::Tension(tube), tension, lever * length / bending),

@@ -18,8 +18,8 @@ use crate::design::fibre::{Fibres, TubeFibres};
 use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
 use crate::kinematics::layout::Layout;
 use crate::real::{Real, every};
-use crate::solve::Equilibrium;
-use crate::solve::system::Workspace;
+use crate::solve::system::Buffers;
+use crate::solve::{Equilibrium, Solver};
 
 /// What the teeth between the notches do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -138,40 +138,32 @@ const SPACES: u32 = 32;
 /// Sections of an uncut part that has come up from below the plate, less one.
 const UNCUT_SPACES: u32 = 4;
 
-/// State of every notch that stands in the robot, tube by tube from the baseplate on. Tubes given by their stiffness have no
-/// fibres and are left out; empty where there is no equilibrium.
-#[must_use]
-pub fn section_limits(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-    teeth: Teeth,
-) -> Vec<SectionLimit> {
-    let mut sections = Vec::new();
-    if equilibrium.status.is_equilibrium() {
-        equilibrium.refresh(robot, workspace);
-        let coordinates = &equilibrium.point.coordinates;
-        judge(robot, workspace, &equilibrium.layout, coordinates, teeth, |s, _| sections.push(s.limit()));
+impl Solver {
+    /// State of every notch that stands in the robot, tube by tube from the baseplate on. Tubes given by their stiffness have no
+    /// fibres and are left out; empty where there is no equilibrium.
+    #[must_use]
+    pub fn section_limits(&mut self, equilibrium: &Equilibrium, teeth: Teeth) -> Vec<SectionLimit> {
+        let mut sections = Vec::new();
+        if equilibrium.status.is_equilibrium() {
+            let buffers = &mut self.buffers;
+            equilibrium.refresh(buffers);
+            let Equilibrium { robot, layout, point, .. } = equilibrium;
+            judge(robot, buffers, layout, &point.coordinates, teeth, |s, _| sections.push(s.limit()));
+        }
+        sections
     }
-    sections
-}
 
-/// The greatest of what [`section_limits`] gives.
-#[must_use]
-pub fn utilisation(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-    teeth: Teeth,
-) -> Utilisation {
-    if !equilibrium.status.is_equilibrium() {
-        return Utilisation::default();
+    /// The greatest of what [`Solver::section_limits`] gives.
+    #[must_use]
+    pub fn utilisation(&mut self, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
+        if !equilibrium.status.is_equilibrium() {
+            return Utilisation::default();
+        }
+        let buffers = &mut self.buffers;
+        equilibrium.refresh(buffers);
+        let Equilibrium { robot, layout, point, .. } = equilibrium;
+        Utilisation::of(&greatest(robot, buffers, layout, &point.coordinates, teeth), 0)
     }
-    equilibrium.refresh(robot, workspace);
-    Utilisation::of(
-        &greatest(robot, workspace, &equilibrium.layout, &equilibrium.point.coordinates, teeth),
-        0,
-    )
 }
 
 impl Utilisation {
@@ -182,16 +174,16 @@ impl Utilisation {
     }
 }
 
-/// Greatest utilisations of strain and closure in every lane of an evaluated workspace; NaN where nothing is judged.
+/// Greatest utilisations of strain and closure in every lane of an evaluated buffers; NaN where nothing is judged.
 pub(crate) fn greatest<S: Real>(
     robot: &Robot,
-    workspace: &Workspace<S>,
+    buffers: &Buffers<S>,
     layout: &Layout,
     coordinates: &[S],
     teeth: Teeth,
 ) -> [S; 2] {
     let mut greatest = [S::splat(f64::NAN); 2];
-    judge(robot, workspace, layout, coordinates, teeth, |section, lanes| {
+    judge(robot, buffers, layout, coordinates, teeth, |section, lanes| {
         let strain =
             section.allowable_strain.map(|allowable| section.strain.map(f64::abs) / S::splat(allowable));
         for (most, own) in greatest.iter_mut().zip([strain, section.closure]) {
@@ -230,15 +222,15 @@ impl Judged<f64> {
 /// Judges all pieces of all tubes; `visit` is told in which lanes a piece stands in the robot.
 fn judge<S: Real>(
     robot: &Robot,
-    workspace: &Workspace<S>,
+    buffers: &Buffers<S>,
     layout: &Layout,
     coordinates: &[S],
     teeth: Teeth,
     mut visit: impl FnMut(Judged<S>, u64),
 ) {
-    for (tube, (design, fibres)) in robot.design().tubes.iter().zip(&robot.fibres).enumerate() {
+    for (tube, (design, fibres)) in robot.design().tubes.iter().zip(robot.fibres()).enumerate() {
         let (TubeDesign::Notched(design), Some(fibres)) = (design, fibres) else { continue };
-        let strains = Strains::new(&workspace.state, layout, coordinates, tube);
+        let strains = Strains::new(&buffers.state, layout, coordinates, tube);
         let pieces = Pieces { design, fibres, length: robot.length(), base: strains.base() };
         pieces.visit(|place, abscissa, lanes, fibres| {
             let (label, values) = strains.at(abscissa, place == Place::Uncut, lanes);

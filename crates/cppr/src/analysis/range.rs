@@ -6,14 +6,9 @@
 //! found by regula falsi (Illinois) on the utilisation less one, or by bisection where there is no equilibrium to take it from. A limit that
 //! is exceeded for less than a step of the walk and then kept again is not seen.
 
-use super::limits::{Governing, SectionLimit, Teeth, governing, section_limits};
+use super::limits::{Governing, Teeth, governing};
 use super::sensitivity::{Freedom, Input};
-use super::shape::tip_pose;
-use super::stability::margin;
-use crate::design::Robot;
-use crate::solve::{
-    Command, CommandProblem, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from,
-};
+use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Solver, Status};
 use nalgebra::Vector3;
 
 /// Why an actuator goes no further.
@@ -58,7 +53,7 @@ pub enum RangeProblem {
     NoEquilibrium(Status),
     /// A limit is exceeded there already.
     Exceeded(Governing),
-    /// [`Workspace::stop_by`].
+    /// [`Solver::stop_by`].
     Stopped,
 }
 
@@ -92,66 +87,56 @@ const TURNS: f64 = 2.0 * std::f64::consts::PI;
 /// Bend of the whole robot (rad) that efforts are followed up to, if bending and twist were linear in them.
 const BEND: f64 = 20.0;
 
-/// Safe ranges of all inputs about a command, push-pull and rotation of tube 2, then of tube 3, …
-///
-/// # Errors
-/// Where the command itself is not safe, and where the search was stopped.
-pub fn safe_ranges(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    teeth: Teeth,
-) -> Result<Vec<SafeRange>, RangeProblem> {
-    let start = solve(robot, workspace, command, settings).map_err(RangeProblem::Command)?;
-    if start.status != Status::Converged {
-        return Err(RangeProblem::NoEquilibrium(start.status));
-    }
-    let mut walk = Walk { robot, workspace, settings, teeth };
-    let start = walk.state(start);
-    if let Some(nearest) = start.nearest
-        && nearest.utilisation >= 1.0
-    {
-        return Err(RangeProblem::Exceeded(nearest));
-    }
-    let mut ranges = Vec::new();
-    for (follower, actuator) in command.actuators.iter().enumerate() {
-        for (freedom, drive) in
-            [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
-        {
-            if freedom == Freedom::Rotation && settings.resolution.angle == 0 {
-                continue;
-            }
-            let is_motion = matches!(drive, Drive::Motion(_));
-            let input = Input { tube: follower + 2, freedom, is_motion };
-            let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
-            if walk.workspace.is_stopped() {
-                return Err(RangeProblem::Stopped);
-            }
-            ranges.push(SafeRange { input, start: drive.value(), low, high });
+impl Solver {
+    /// Safe ranges of all inputs about a command, push-pull and rotation of tube 2, then of tube 3, …
+    ///
+    /// # Errors
+    /// Where the command itself is not safe, and where the search was stopped.
+    pub fn safe_ranges(&mut self, command: &Command, teeth: Teeth) -> Result<Vec<SafeRange>, RangeProblem> {
+        let start = self.solve(command).map_err(RangeProblem::Command)?;
+        if start.status != Status::Converged {
+            return Err(RangeProblem::NoEquilibrium(start.status));
         }
+        let mut walk = Walk { solver: self, teeth };
+        let start = walk.state(start);
+        if let Some(nearest) = start.nearest
+            && nearest.utilisation >= 1.0
+        {
+            return Err(RangeProblem::Exceeded(nearest));
+        }
+        let mut ranges = Vec::new();
+        for (follower, actuator) in command.actuators.iter().enumerate() {
+            for (freedom, drive) in
+                [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
+            {
+                if freedom == Freedom::Rotation && walk.solver.settings.resolution.angle == 0 {
+                    continue;
+                }
+                let is_motion = matches!(drive, Drive::Motion(_));
+                let input = Input { tube: follower + 2, freedom, is_motion };
+                let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
+                if walk.solver.is_stopped() {
+                    return Err(RangeProblem::Stopped);
+                }
+                ranges.push(SafeRange { input, start: drive.value(), low, high });
+            }
+        }
+        Ok(ranges)
     }
-    Ok(ranges)
-}
 
-/// How much of a command a robot can follow, applied from rest in small steps, all of it in proportion: the greatest part in
-/// [0, 1] up to which every limit is kept. At 0 it is at rest, which no limit forbids.
-///
-/// # Errors
-/// Where the command cannot be asked of the robot, and where the search was stopped.
-pub fn safe_part(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    teeth: Teeth,
-) -> Result<RangeEnd, RangeProblem> {
-    command.check(robot, settings).map_err(RangeProblem::Command)?;
-    let rest = solve(robot, workspace, &command.scaled(0.0), settings).map_err(RangeProblem::Command)?;
-    let mut walk = Walk { robot, workspace, settings, teeth };
-    let start = walk.state(rest);
-    let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
-    if walk.workspace.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
+    /// How much of a command a robot can follow, applied from rest in small steps, all of it in proportion: the greatest part in
+    /// [0, 1] up to which every limit is kept. At 0 it is at rest, which no limit forbids.
+    ///
+    /// # Errors
+    /// Where the command cannot be asked of the robot, and where the search was stopped.
+    pub fn safe_part(&mut self, command: &Command, teeth: Teeth) -> Result<RangeEnd, RangeProblem> {
+        self.check(command).map_err(RangeProblem::Command)?;
+        let rest = self.solve(&command.scaled(0.0)).map_err(RangeProblem::Command)?;
+        let mut walk = Walk { solver: self, teeth };
+        let start = walk.state(rest);
+        let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
+        if walk.solver.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
+    }
 }
 
 /// The command with one input at another value.
@@ -181,36 +166,35 @@ impl State {
 }
 
 struct Walk<'a> {
-    robot: &'a Robot,
-    workspace: &'a mut Workspace,
-    settings: &'a Settings,
+    solver: &'a mut Solver,
     teeth: Teeth,
 }
 
 impl Walk<'_> {
     fn state(&mut self, found: Equilibrium) -> State {
-        let sections: Vec<SectionLimit> = section_limits(self.robot, self.workspace, &found, self.teeth);
-        let margin = margin(self.robot, self.workspace, &found);
-        let (_, tip) = tip_pose(self.robot, self.workspace, &found);
+        let sections = self.solver.section_limits(&found, self.teeth);
+        let margin = self.solver.margin(&found);
+        let tip = self.solver.tip(&found).centre;
         State { nearest: governing(&sections, margin), found, tip }
     }
 
     /// The state under a command, if it continues the one given.
     fn next(&mut self, from: &State, command: &Command) -> Option<State> {
-        if self.workspace.is_stopped() {
+        if self.solver.is_stopped() {
             return None;
         }
-        let found = solve_from(self.robot, self.workspace, command, self.settings, &from.found).ok()?;
+        let found = self.solver.solve_from(command, &from.found).ok()?;
         // Load stepping starts at rest and may come out on another branch.
         if !found.status.is_equilibrium() || found.statistics.load_steps > 0 {
             return None;
         }
         let state = self.state(found);
-        ((state.tip - from.tip).norm() <= NEAR * self.robot.length()).then_some(state)
+        ((state.tip - from.tip).norm() <= NEAR * self.solver.robot.length()).then_some(state)
     }
 
     fn extent(&self, input: Input) -> f64 {
-        let (robot, length) = (self.robot, self.robot.length());
+        let robot = &self.solver.robot;
+        let length = robot.length();
         let middle = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length));
         match (input.freedom, input.is_motion) {
             (Freedom::PushPull, true) => STROKE * length,

@@ -7,9 +7,10 @@
 use crate::dense::column;
 use crate::design::Robot;
 use crate::kinematics::pose::Poses;
-use crate::solve::Equilibrium;
-use crate::solve::system::{Scale, Workspace};
+use crate::solve::system::{Buffers, Scale};
+use crate::solve::{Equilibrium, Solver, Status};
 use nalgebra::{DMatrix, Matrix6, Vector6};
+use std::fmt;
 
 /// Which degree of freedom of an actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,45 +53,159 @@ pub struct Sensitivity {
     pub response_by_wrench: DMatrix<f64>,
 }
 
+/// Why an equilibrium has no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoDerivatives {
+    /// It is none.
+    NoEquilibrium(Status),
+    /// Its tangent is singular: it stands at a fold or a branch point.
+    Singular,
+    /// A robot moved by a design parameter is of another kind, or cannot stand there.
+    Perturbed,
+}
+
+impl fmt::Display for NoDerivatives {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEquilibrium(status) => {
+                write!(f, "there are no derivatives without an equilibrium: {status}")
+            }
+            Self::Singular => {
+                write!(f, "there are no derivatives at a fold or branch point: the tangent is singular there")
+            }
+            Self::Perturbed => {
+                write!(
+                    f,
+                    "the robots on both sides of the parameter do not fit the equilibrium; take a smaller step"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for NoDerivatives {}
+
 /// Evaluates and factors the tangent of an equilibrium, poses and their rows included.
-fn factor(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium) -> Option<()> {
+fn factor(buffers: &mut Buffers, equilibrium: &Equilibrium) -> Result<(), NoDerivatives> {
     if !equilibrium.status.is_equilibrium() {
-        return None;
+        return Err(NoDerivatives::NoEquilibrium(equilibrium.status));
     }
-    equilibrium.refresh(robot, workspace);
-    workspace.pose_rows(robot, &equilibrium.layout);
-    workspace.factor(&equilibrium.system(robot)).ok()
+    equilibrium.refresh(buffers);
+    buffers.pose_rows(&equilibrium.robot, &equilibrium.layout);
+    buffers.factor(&equilibrium.system()).map_err(|_| NoDerivatives::Singular)
 }
 
-/// Jacobians and compliance. `None` where there is no equilibrium or its tangent is singular (at a fold).
-#[must_use]
-pub fn sensitivity(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-) -> Option<Sensitivity> {
-    let mut result = Sensitivity::default();
-    sensitivity_into(robot, workspace, equilibrium, &mut result).then_some(result)
+impl Solver {
+    /// Jacobians and compliance.
+    ///
+    /// # Errors
+    /// Where there is no equilibrium, or its tangent is singular (at a fold).
+    pub fn sensitivity(&mut self, equilibrium: &Equilibrium) -> Result<Sensitivity, NoDerivatives> {
+        let mut result = Sensitivity::default();
+        self.sensitivity_into(equilibrium, &mut result)?;
+        Ok(result)
+    }
+
+    /// The same for control loops: allocates nothing where `result` comes from the same robot.
+    ///
+    /// # Errors
+    /// As [`Solver::sensitivity`]; `result` is then left as it was.
+    pub fn sensitivity_into(
+        &mut self,
+        equilibrium: &Equilibrium,
+        result: &mut Sensitivity,
+    ) -> Result<(), NoDerivatives> {
+        factor(&mut self.buffers, equilibrium)?;
+        derive(&mut self.buffers, equilibrium, result);
+        Ok(())
+    }
+
+    /// Derivatives of any outputs of an equilibrium by its inputs, one column each: the unknowns' derivatives are exact, the outputs
+    /// are read along them by a fourth-order difference.
+    ///
+    /// # Errors
+    /// As [`Solver::sensitivity`].
+    pub fn outputs_by_inputs(
+        &mut self,
+        equilibrium: &Equilibrium,
+        outputs: impl Fn(&mut Self, &Equilibrium) -> Vec<f64>,
+    ) -> Result<DMatrix<f64>, NoDerivatives> {
+        let m = self.sensitivity(equilibrium)?.inputs.len();
+        let (n_u, n) = (self.buffers.state.unknowns, self.buffers.residual.len());
+        // What was solved there: scaled steps of the unknowns, by rows.
+        let steps = self.buffers.right.clone();
+        let mut slopes: Option<DMatrix<f64>> = None;
+        for c in 0..m {
+            let step: Vec<f64> = (0..n).map(|i| steps[i * (m + 6) + c]).collect();
+            let largest = step[..n_u].iter().fold(f64::MIN_POSITIVE, |most, s| most.max(s.abs()));
+            let h = SMALL / largest;
+            for (at, share) in Perturbed::SHARES {
+                let along = equilibrium.moved(&equilibrium.robot, &step, at * h);
+                let values = outputs(self, &along);
+                let slopes = slopes.get_or_insert_with(|| DMatrix::zeros(values.len(), m));
+                for (r, value) in values.iter().enumerate() {
+                    slopes[(r, c)] += share * value / (12.0 * h);
+                }
+            }
+        }
+        // A robot without inputs.
+        Ok(slopes.unwrap_or_else(|| DMatrix::zeros(0, 0)))
+    }
+
+    /// Derivatives of any outputs of an equilibrium by one design parameter.
+    ///
+    /// `outputs` reads what is wanted from an equilibrium, the same number of values each time.
+    ///
+    /// # Errors
+    /// As [`Solver::sensitivity`], and where the robots moved to both sides are not of the equilibrium's kind.
+    pub fn parameter_sensitivity(
+        &mut self,
+        equilibrium: &Equilibrium,
+        perturbed: &Perturbed,
+        outputs: impl Fn(&mut Self, &Equilibrium) -> Vec<f64>,
+    ) -> Result<Vec<f64>, NoDerivatives> {
+        let Perturbed { step, robots } = perturbed;
+        let (step, robot) = (*step, &equilibrium.robot);
+        if robots.iter().any(|moved| moved.tube_count() != robot.tube_count()) {
+            return Err(NoDerivatives::Perturbed);
+        }
+        factor(&mut self.buffers, equilibrium)?;
+        let scale = Scale::of(robot);
+        let mut slope = vec![0.0; self.buffers.residual.len()];
+        for (moved, &(_, share)) in robots.iter().zip(&Perturbed::SHARES) {
+            let system = equilibrium.system_of(moved);
+            self.buffers.evaluate(&system, &equilibrium.point).map_err(|_| NoDerivatives::Perturbed)?;
+            let rescale = Scale::of(moved).energy / scale.energy;
+            for (i, (s, r)) in slope.iter_mut().zip(&self.buffers.residual).enumerate() {
+                // Each robot scales its residual by its own stiffness; conditions are not scaled by it.
+                let factor = if i < equilibrium.layout.unknowns() { rescale } else { 1.0 };
+                *s -= share * factor * r / (12.0 * step);
+            }
+        }
+        // Evaluating leaves the factors as they are.
+        self.buffers.solve(&mut slope, 1);
+        let mut total: Vec<f64> = Vec::new();
+        for (moved, &(at, share)) in robots.iter().zip(&Perturbed::SHARES) {
+            let along = equilibrium.moved(moved, &slope, at * step);
+            let values = outputs(self, &along);
+            total.resize(values.len(), 0.0);
+            for (t, value) in total.iter_mut().zip(values) {
+                *t += share * value / (12.0 * step);
+            }
+        }
+        Ok(total)
+    }
 }
 
-/// The same for control loops: allocates nothing where `result` comes from the same robot. False where there are no
-/// derivatives; `result` is then left as it was.
-pub fn sensitivity_into(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-    result: &mut Sensitivity,
-) -> bool {
-    if factor(robot, workspace, equilibrium).is_none() {
-        return false;
-    }
-    let scale = Scale::of(robot);
-    let (n_u, n) = (workspace.state.unknowns, workspace.residual.len());
+/// Reads everything from the factored tangent of an equilibrium.
+fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensitivity) {
+    let scale = Scale::of(&equilibrium.robot);
+    let (n_u, n) = (buffers.state.unknowns, buffers.residual.len());
     result.place(equilibrium);
     let m = result.inputs.len();
     // −∂r/∂p for all inputs and the six components of a tip wrench.
     let columns = m + 6;
-    let mut rhs = std::mem::take(&mut workspace.right);
+    let mut rhs = std::mem::take(&mut buffers.right);
     rhs.clear();
     rhs.resize(n * columns, 0.0);
     let mut row = n_u;
@@ -99,22 +214,22 @@ pub fn sensitivity_into(
             rhs[row * columns + c] = -1.0 / input.freedom.unit(scale.length);
             row += 1;
         } else {
-            let slopes = &workspace.assembly.knob_rows[c / 2][c % 2];
-            for (i, (slope, unit)) in slopes.iter().zip(&workspace.units).enumerate() {
+            let slopes = &buffers.assembly.knob_rows[c / 2][c % 2];
+            for (i, (slope, unit)) in slopes.iter().zip(&buffers.units).enumerate() {
                 rhs[i * columns + c] = slope * unit / scale.energy;
             }
         }
     }
-    let tip = Tip::new(&workspace.poses);
+    let tip = Tip::new(&buffers.poses);
     for i in 0..tip.posed {
-        let rate = tip.rate(i) * (workspace.units[i] / scale.energy);
+        let rate = tip.rate(i) * (buffers.units[i] / scale.energy);
         rhs[i * columns + m..(i + 1) * columns].copy_from_slice(rate.as_slice());
     }
-    workspace.solve(&mut rhs, columns);
+    buffers.solve(&mut rhs, columns);
     let mut compliance = Matrix6::zeros();
     result.tip_jacobian.fill(0.0);
     for (i, row) in rhs.chunks_exact(columns).take(tip.posed).enumerate() {
-        let rate = tip.rate(i) * workspace.units[i];
+        let rate = tip.rate(i) * buffers.units[i];
         for (mut twist, value) in result.tip_jacobian.column_iter_mut().zip(&row[..m]) {
             twist.axpy(*value, &rate, 1.0);
         }
@@ -123,7 +238,7 @@ pub fn sensitivity_into(
         }
     }
     result.compliance = compliance;
-    let turn = workspace.poses.rotation[workspace.poses.rotation.len() - 1].transpose();
+    let turn = buffers.poses.rotation[buffers.poses.rotation.len() - 1].transpose();
     for (mut body, world) in result.tip_jacobian_body.column_iter_mut().zip(result.tip_jacobian.column_iter())
     {
         body.fixed_rows_mut::<3>(0).copy_from(&(turn * world.fixed_rows::<3>(0)));
@@ -135,7 +250,7 @@ pub fn sensitivity_into(
             let value = if input.is_motion {
                 rhs[row * columns + c] * scale.energy / input.freedom.unit(scale.length)
             } else {
-                let slopes = workspace.assembly.knob_rows[r / 2][r % 2].iter().zip(&workspace.units);
+                let slopes = buffers.assembly.knob_rows[r / 2][r % 2].iter().zip(&buffers.units);
                 slopes.enumerate().map(|(i, (slope, unit))| slope * unit * rhs[i * columns + c]).sum()
             };
             if c < m {
@@ -146,8 +261,7 @@ pub fn sensitivity_into(
         }
         row += usize::from(input.is_motion);
     }
-    workspace.right = rhs;
-    true
+    buffers.right = rhs;
 }
 
 impl Freedom {
@@ -209,35 +323,6 @@ impl<'a> Tip<'a> {
 /// Largest scaled step of the unknowns in the differences below: the fifth power of it is rounding.
 const SMALL: f64 = 1e-3;
 
-/// Derivatives of any outputs of an equilibrium by its inputs, one column each: the unknowns' derivatives are exact, the outputs
-/// are read along them by a fourth-order difference. `None` as for [`sensitivity`].
-pub fn outputs_by_inputs(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-    outputs: impl Fn(&Robot, &mut Workspace, &Equilibrium) -> Vec<f64>,
-) -> Option<DMatrix<f64>> {
-    let m = sensitivity(robot, workspace, equilibrium)?.inputs.len();
-    let (n_u, n) = (workspace.state.unknowns, workspace.residual.len());
-    // What was solved there: scaled steps of the unknowns, by rows.
-    let steps = workspace.right.clone();
-    let mut slopes: Option<DMatrix<f64>> = None;
-    for c in 0..m {
-        let step: Vec<f64> = (0..n).map(|i| steps[i * (m + 6) + c]).collect();
-        let largest = step[..n_u].iter().fold(f64::MIN_POSITIVE, |most, s| most.max(s.abs()));
-        let h = SMALL / largest;
-        for (at, share) in Perturbed::SHARES {
-            let along = equilibrium.moved(robot, &step, at * h);
-            let values = outputs(robot, workspace, &along);
-            let slopes = slopes.get_or_insert_with(|| DMatrix::zeros(values.len(), m));
-            for (r, value) in values.iter().enumerate() {
-                slopes[(r, c)] += share * value / (12.0 * h);
-            }
-        }
-    }
-    slopes
-}
-
 /// A robot with one design parameter moved to both sides, for fourth-order differences.
 #[derive(Clone, Debug)]
 pub struct Perturbed {
@@ -255,44 +340,4 @@ impl Perturbed {
         let [a, b, c, d] = Self::SHARES.map(|(at, _)| robot_at(at * step));
         Some(Self { step, robots: [a?, b?, c?, d?] })
     }
-}
-
-/// Derivatives of any outputs of an equilibrium by one design parameter.
-///
-/// `outputs` reads what is wanted from an equilibrium, the same number of values each time. `None` as for
-/// [`sensitivity`].
-pub fn parameter_sensitivity(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-    perturbed: &Perturbed,
-    outputs: impl Fn(&Robot, &mut Workspace, &Equilibrium) -> Vec<f64>,
-) -> Option<Vec<f64>> {
-    let Perturbed { step, robots } = perturbed;
-    let step = *step;
-    factor(robot, workspace, equilibrium)?;
-    let scale = Scale::of(robot);
-    let mut slope = vec![0.0; workspace.residual.len()];
-    for (moved, &(_, share)) in robots.iter().zip(&Perturbed::SHARES) {
-        let system = equilibrium.system(moved);
-        workspace.evaluate(&system, &equilibrium.point).ok()?;
-        let rescale = Scale::of(moved).energy / scale.energy;
-        for (i, (s, r)) in slope.iter_mut().zip(&workspace.residual).enumerate() {
-            // Each robot scales its residual by its own stiffness; conditions are not scaled by it.
-            let factor = if i < equilibrium.layout.unknowns() { rescale } else { 1.0 };
-            *s -= share * factor * r / (12.0 * step);
-        }
-    }
-    // Evaluating leaves the factors as they are.
-    workspace.solve(&mut slope, 1);
-    let mut total: Vec<f64> = Vec::new();
-    for (moved, &(at, share)) in robots.iter().zip(&Perturbed::SHARES) {
-        let along = equilibrium.moved(robot, &slope, at * step);
-        let values = outputs(moved, workspace, &along);
-        total.resize(values.len(), 0.0);
-        for (t, value) in total.iter_mut().zip(values) {
-            *t += share * value / (12.0 * step);
-        }
-    }
-    Some(total)
 }

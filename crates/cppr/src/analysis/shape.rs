@@ -8,13 +8,15 @@
 
 use crate::design::Robot;
 use crate::design::fields::{FieldJets, Part};
+use crate::kinematics::TipPose;
 use crate::kinematics::follower::{Facing, local};
 use crate::kinematics::layout::Layout;
 use crate::kinematics::magnus::Magnus;
 use crate::kinematics::pose::{curvature, point};
 use crate::kinematics::so3;
 use crate::kinematics::state::{part, row};
-use crate::solve::{Equilibrium, Workspace};
+use crate::solve::system::Buffers;
+use crate::solve::{Equilibrium, Solver};
 use crate::statics::energy;
 use nalgebra::{Matrix3, Vector3};
 
@@ -67,39 +69,29 @@ pub struct Shape {
     pub sections: Vec<Section>,
 }
 
-impl Shape {
-    /// Fields at the given labels, each in [0, L] (m).
+impl Solver {
+    /// Fields of an equilibrium at the given labels, each in [0, L] (m).
     #[must_use]
-    pub fn at(robot: &Robot, workspace: &mut Workspace, equilibrium: &Equilibrium, labels: &[f64]) -> Self {
-        equilibrium.refresh(robot, workspace);
-        let recovery = Recovery::new(robot, workspace, equilibrium);
-        Self { sections: labels.iter().map(|&x| recovery.section(x)).collect() }
+    pub fn shape_at(&mut self, equilibrium: &Equilibrium, labels: &[f64]) -> Shape {
+        equilibrium.refresh(&mut self.buffers);
+        let recovery = Recovery::new(&self.buffers, equilibrium);
+        Shape { sections: labels.iter().map(|&x| recovery.section(x)).collect() }
     }
 
     /// Fields at `count` ≥ 2 equally spaced labels from the baseplate to the tip.
     #[must_use]
-    pub fn sampled(
-        robot: &Robot,
-        workspace: &mut Workspace,
-        equilibrium: &Equilibrium,
-        count: usize,
-    ) -> Self {
-        let last = count.max(2) - 1;
-        let labels: Vec<f64> = (0..=last).map(|i| robot.length() * i as f64 / last as f64).collect();
-        Self::at(robot, workspace, equilibrium, &labels)
+    pub fn shape(&mut self, equilibrium: &Equilibrium, count: usize) -> Shape {
+        let (last, length) = (count.max(2) - 1, equilibrium.robot.length());
+        let labels: Vec<f64> = (0..=last).map(|i| length * i as f64 / last as f64).collect();
+        self.shape_at(equilibrium, &labels)
     }
-}
 
-/// Pose of the tip: rotation of the leader's last section and centre (m).
-#[must_use]
-pub fn tip_pose(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    equilibrium: &Equilibrium,
-) -> (Matrix3<f64>, Vector3<f64>) {
-    equilibrium.refresh(robot, workspace);
-    let last = workspace.poses.rotation.len() - 1;
-    (workspace.poses.rotation[last], workspace.poses.centre[last])
+    /// Pose of the tip. After a solve it costs little.
+    #[must_use]
+    pub fn tip(&mut self, equilibrium: &Equilibrium) -> TipPose {
+        equilibrium.refresh(&mut self.buffers);
+        self.buffers.poses.tip()
+    }
 }
 
 /// A place on the leader and what is known there.
@@ -127,7 +119,7 @@ fn moment(jets: &FieldJets, strain: &Vector3<f64>) -> Vector3<f64> {
 /// Values at the nodes from which forces are interpolated.
 struct Recovery<'a> {
     robot: &'a Robot,
-    workspace: &'a Workspace,
+    buffers: &'a Buffers,
     layout: &'a Layout,
     coordinates: &'a [f64],
     /// Per node and follower: axial force (N).
@@ -143,12 +135,12 @@ struct Recovery<'a> {
 }
 
 impl<'a> Recovery<'a> {
-    fn new(robot: &'a Robot, workspace: &'a Workspace, equilibrium: &'a Equilibrium) -> Self {
-        let layout = &equilibrium.layout;
+    fn new(buffers: &'a Buffers, equilibrium: &'a Equilibrium) -> Self {
+        let (robot, layout) = (&equilibrium.robot, &*equilibrium.layout);
         let followers = layout.tubes - 1;
         let mut recovery = Self {
             robot,
-            workspace,
+            buffers,
             layout,
             coordinates: &equilibrium.point.coordinates,
             tension: vec![0.0; layout.nodes * followers],
@@ -178,12 +170,12 @@ impl<'a> Recovery<'a> {
 
     /// Load at a point (N).
     fn load(&self, e: usize, i: usize) -> Vector3<f64> {
-        let forces = &self.workspace.assembly.point_force;
+        let forces = &self.buffers.assembly.point_force;
         forces.get(point(self.layout, e, i)).copied().unwrap_or_default()
     }
 
     fn at_node(&mut self, e: usize, node: usize, i: usize, weight: f64, gravity: Option<Vector3<f64>>) {
-        let Workspace { state, assembly, poses, .. } = self.workspace;
+        let Buffers { state, assembly, poses, .. } = self.buffers;
         let tubes = self.layout.tubes;
         let at = point(self.layout, e, i);
         for f in 0..tubes - 1 {
@@ -222,17 +214,17 @@ impl<'a> Recovery<'a> {
 
     /// Axial force of the leader at the nodes: the section's total minus the followers'.
     fn leader_tension(&self) -> Vec<f64> {
-        let (layout, state, followers) = (self.layout, &self.workspace.state, self.layout.tubes - 1);
+        let (layout, state, followers) = (self.layout, &self.buffers.state, self.layout.tubes - 1);
         let mut leader = vec![0.0; layout.nodes];
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             for i in 0..rule.n {
                 let node = element.first_node + i;
                 leader[node] = if layout.stretch {
-                    self.workspace.assembly.jets[node * layout.tubes].axial[0]
+                    self.buffers.assembly.jets[node * layout.tubes].axial[0]
                         * state.local[node * layout.rows() + local::E1]
                 } else {
-                    let tangent = self.workspace.poses.rotation[point(layout, e, i)].column(0).into_owned();
+                    let tangent = self.buffers.poses.rotation[point(layout, e, i)].column(0).into_owned();
                     let own: f64 = self.tension[node * followers..(node + 1) * followers].iter().sum();
                     self.total_force(e, &rule.to_end[i * rule.n..]).dot(&tangent) - own
                 };
@@ -242,7 +234,7 @@ impl<'a> Recovery<'a> {
     }
 
     fn leader_moments(&mut self, tension: &[f64]) {
-        let Workspace { state, assembly, .. } = self.workspace;
+        let Buffers { state, assembly, .. } = self.buffers;
         let tubes = self.layout.tubes;
         for (node, &force) in tension.iter().enumerate() {
             let jets = &assembly.jets[node * tubes];
@@ -256,7 +248,7 @@ impl<'a> Recovery<'a> {
     }
 
     fn balance(&mut self) {
-        let (layout, state) = (self.layout, &self.workspace.state);
+        let (layout, state) = (self.layout, &self.buffers.state);
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let (n, length, slopes) = (rule.n, state.lengths[e], rule.differentiation());
@@ -286,7 +278,7 @@ impl<'a> Recovery<'a> {
         let (e, x) = layout.locate(coordinates, label);
         let mut buffer = Vec::new();
         let mut field = |f: usize| layout.field(coordinates, e, x, f, &mut buffer);
-        let jets = self.robot.fields[0].jets(label, Part::Pattern);
+        let jets = self.robot.fields()[0].jets(label, Part::Pattern);
         let k = Vector3::new(jets.direction[1] + field(0), field(1), field(2));
         let stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
         let (rotation, centre) = self.pose(e, x);
@@ -339,7 +331,7 @@ impl<'a> Recovery<'a> {
 
     /// A follower at a place, its Δθ_k and its energy per length of the leader.
     fn follower(&self, place: &Place, f: usize) -> (TubeSection, f64, f64) {
-        let (layout, state) = (self.layout, &self.workspace.state);
+        let (layout, state) = (self.layout, &self.buffers.state);
         let followers = layout.tubes - 1;
         let element = &layout.elements[place.e];
         let rule = &layout.rules[element.rule];
@@ -362,7 +354,7 @@ impl<'a> Recovery<'a> {
         v[local::DTH] = resting[1] + field(3 + f);
         v[local::FACE] = abscissa;
         v[local::EK] = if layout.stretch { field(4 + followers + f) } else { 0.0 };
-        let jets = self.robot.fields[f + 1].jets(abscissa, part(element, f + 1));
+        let jets = self.robot.fields()[f + 1].jets(abscissa, part(element, f + 1));
         let facing = Facing::new(&v, v[local::TH].sin_cos().into(), &place.jets.offset, &jets.offset);
         let rotation = place.rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);
         let strain = Vector3::new(facing.a, -facing.p, -facing.r) / facing.h
@@ -393,7 +385,7 @@ impl<'a> Recovery<'a> {
 
     /// Rotation and centre at ξ of an element, by one more Magnus step from the point before it.
     fn pose(&self, e: usize, x: f64) -> (Matrix3<f64>, Vector3<f64>) {
-        let (layout, Workspace { state, poses, .. }) = (self.layout, self.workspace);
+        let (layout, Buffers { state, poses, .. }) = (self.layout, self.buffers);
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, length) = (rule.n, state.lengths[e]);

@@ -7,6 +7,7 @@ use crate::real::Real;
 use std::array::from_fn;
 use std::f64::consts::PI;
 use std::fmt;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Cells of the field tables along [0, L]; the spline error is far below the discretisation's.
@@ -16,7 +17,7 @@ const TORSION_SAMPLES: u8 = 16;
 /// Part of the wall on both sides of the depth at which the ring opens that is not interpolated.
 const NEAR_OPENING: f64 = 0.1;
 
-/// A robot as designed: plain data, unchecked. [`Robot::new`] checks it.
+/// A robot as designed: plain data, unchecked. [`Robot::from_design`] checks it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotDesign {
     /// Name, for people.
@@ -86,18 +87,37 @@ impl fmt::Display for DesignProblem {
 
 impl std::error::Error for DesignProblem {}
 
-/// A checked robot with the material fields of its tubes. Immutable.
+/// All that is wrong with a design, in the order of its tubes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignProblems(pub Vec<DesignProblem>);
+
+impl fmt::Display for DesignProblems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.0.iter().enumerate() {
+            let separator = if i > 0 { "; " } else { "" };
+            write!(f, "{separator}{problem}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for DesignProblems {}
+
+/// A checked robot with the material fields of its tubes. Immutable; a clone shares them.
 #[derive(Clone, Debug)]
 pub struct Robot {
+    built: Arc<Built>,
+}
+
+#[derive(Debug)]
+struct Built {
     design: RobotDesign,
-    pub(crate) fields: Vec<Fields>,
+    fields: Vec<Fields>,
     /// Per tube: its notches, where its geometry is known.
-    pub(crate) fibres: Vec<Option<TubeFibres>>,
-    /// The same for clones only: workspaces keep what depends on the robot alone.
-    pub(crate) serial: u64,
+    fibres: Vec<Option<TubeFibres>>,
+    serial: u64,
     is_planar: bool,
-    /// Σ EI_Z at the middle of the robot (N m²): its scale of stiffness.
-    pub(crate) bending: f64,
+    bending: f64,
 }
 
 /// Serial number of the robot built next.
@@ -108,10 +128,10 @@ impl Robot {
     ///
     /// # Errors
     /// All problems of the design, not only the first.
-    pub fn new(design: RobotDesign) -> Result<Self, Vec<DesignProblem>> {
+    pub fn from_design(design: RobotDesign) -> Result<Self, DesignProblems> {
         let mut problems = Vec::new();
         if !(design.length.is_finite() && design.length > 0.0) {
-            return Err(vec![DesignProblem::Length(design.length)]);
+            return Err(DesignProblems(vec![DesignProblem::Length(design.length)]));
         }
         if design.tubes.is_empty() {
             problems.push(DesignProblem::NoTube);
@@ -125,7 +145,7 @@ impl Robot {
             }
         }
         if !problems.is_empty() {
-            return Err(problems);
+            return Err(DesignProblems(problems));
         }
         let is_planar = is_planar(design.length, &fields);
         let bending = fields.iter().map(|f| f.values(0.5 * design.length).bending_z).sum();
@@ -135,56 +155,79 @@ impl Robot {
         });
         let fibres = fibres.collect();
         let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { design, fields, fibres, serial, is_planar, bending })
+        Ok(Self { built: Arc::new(Built { design, fields, fibres, serial, is_planar, bending }) })
     }
 
     /// The design it was built from.
     #[must_use]
     pub fn design(&self) -> &RobotDesign {
-        &self.design
+        &self.built.design
     }
 
     /// Rest length L (m).
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.design.length
+        self.built.design.length
     }
 
     /// Number of tubes N.
     #[must_use]
     pub fn tube_count(&self) -> usize {
-        self.fields.len()
+        self.built.fields.len()
     }
 
     /// Number of followers N − 1.
     #[must_use]
     pub fn follower_count(&self) -> usize {
-        self.fields.len() - 1
+        self.built.fields.len() - 1
     }
 
     /// Fields of a tube (index 0 is the leader) at rest abscissa x ≤ L (m); x < 0 is below the plate.
     #[must_use]
     pub fn fields_at(&self, tube: usize, x: f64) -> FieldValues {
-        self.fields[tube].values(x)
+        self.built.fields[tube].values(x)
     }
 
     /// True where every tube has an axial stiffness, so that stretch can be computed.
     #[must_use]
     pub fn has_axial_stiffness(&self) -> bool {
-        self.fields.iter().all(Fields::has_axial)
+        self.built.fields.iter().all(Fields::has_axial)
     }
 
     /// True where all centroid lines at rest lie in the X–Y plane.
     #[must_use]
     pub fn is_planar(&self) -> bool {
-        self.is_planar
+        self.built.is_planar
+    }
+
+    /// Fields of every tube, the leader first.
+    #[inline]
+    pub(crate) fn fields(&self) -> &[Fields] {
+        &self.built.fields
+    }
+
+    /// Notches of every tube whose geometry is known.
+    pub(crate) fn fibres(&self) -> &[Option<TubeFibres>] {
+        &self.built.fibres
+    }
+
+    /// The same number for clones of one robot only.
+    #[inline]
+    pub(crate) fn serial(&self) -> u64 {
+        self.built.serial
+    }
+
+    /// Σ EI_Z at the middle of the robot (N m²): its scale of stiffness.
+    #[inline]
+    pub(crate) fn bending(&self) -> f64 {
+        self.built.bending
     }
 
     /// θ_k at rest and its first three derivatives at label X: π − (φ_k − φ_1).
     #[inline]
     pub(crate) fn rest_angle<S: Real>(&self, follower: usize, label: S) -> [S; 4] {
-        let own = self.fields[follower].direction(label, Part::Pattern);
-        let leader = self.fields[0].direction(label, Part::Pattern);
+        let own = self.built.fields[follower].direction(label, Part::Pattern);
+        let leader = self.built.fields[0].direction(label, Part::Pattern);
         let mut angle = from_fn(|i| leader[i] - own[i]);
         angle[0] = angle[0] + PI;
         angle

@@ -122,3 +122,38 @@ pub enum TubeDesign {
     /// Stiffness given; below the plate the fields go on.
     Stiffness(StiffnessTube),
 }
+
+impl StiffnessTube {
+    /// The same everywhere: centroid offset (m) and its direction (rad), bending stiffness about the section's axes, the stiff
+    /// one first, and torsional stiffness (N m²). No mass, no axial stiffness.
+    #[must_use]
+    pub fn uniform(
+        centroid_offset: f64,
+        direction: f64,
+        [bending_y, bending_z]: [f64; 2],
+        torsion: f64,
+    ) -> Self {
+        Self {
+            centroid_offset: Profile::constant(centroid_offset),
+            direction: Profile::constant(direction),
+            bending_y: Profile::constant(bending_y),
+            bending_z: Profile::constant(bending_z),
+            torsion: Profile::constant(torsion),
+            axial: None,
+            mass_per_length: Profile::constant(0.0),
+            centroid_offset_factor: 1.0,
+        }
+    }
+}
+
+impl From<NotchedTube> for TubeDesign {
+    fn from(tube: NotchedTube) -> Self {
+        Self::Notched(tube)
+    }
+}
+
+impl From<StiffnessTube> for TubeDesign {
+    fn from(tube: StiffnessTube) -> Self {
+        Self::Stiffness(tube)
+    }
+}

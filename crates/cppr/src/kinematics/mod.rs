@@ -9,3 +9,4 @@ pub(crate) mod so3;
 pub(crate) mod state;
 
 pub use layout::Resolution;
+pub use pose::TipPose;

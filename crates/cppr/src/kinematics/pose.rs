@@ -54,6 +54,30 @@ pub(crate) struct Poses<S: Real = f64> {
     known: u64,
 }
 
+/// Pose of the tip in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TipPose {
+    /// Rotation of the leader's last section; its first column is the tangent.
+    pub rotation: Matrix3<f64>,
+    /// Centre of that section (m).
+    pub centre: Vector3<f64>,
+}
+
+impl TipPose {
+    /// Direction of the tip.
+    #[must_use]
+    pub fn tangent(&self) -> Vector3<f64> {
+        self.rotation.column(0).into_owned()
+    }
+}
+
+impl Poses<f64> {
+    /// Pose at the last point.
+    pub fn tip(&self) -> TipPose {
+        self.tip_of(0)
+    }
+}
+
 /// Number of a point: node `i` of element `e`, or its end for `i` = n.
 #[inline]
 pub(crate) fn point(layout: &Layout, e: usize, i: usize) -> usize {
@@ -95,7 +119,7 @@ pub(crate) fn tangent<S: Real>(rotation: &Matrix3<S>) -> Vector3<S> {
 
 /// The rotation of the leader's first section.
 pub(crate) fn base_rotation(robot: &Robot) -> Matrix3<f64> {
-    so3::about_x(robot.fields[0].direction(0.0, Part::Pattern)[0])
+    so3::about_x(robot.fields()[0].direction(0.0, Part::Pattern)[0])
 }
 
 /// The same numbers in every lane.
@@ -104,6 +128,15 @@ pub(crate) fn splat<S: Real>(matrix: &Matrix3<f64>) -> Matrix3<S> {
 }
 
 impl<S: Real> Poses<S> {
+    /// Pose at the last point, of one lane.
+    pub fn tip_of(&self, lane: usize) -> TipPose {
+        let last = self.rotation.len() - 1;
+        TipPose {
+            rotation: self.rotation[last].map(|r| r.lane(lane)),
+            centre: self.centre[last].map(|c| c.lane(lane)),
+        }
+    }
+
     /// Rotations and positions from an evaluated state.
     pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, state: &State<S>) {
         let points = layout.nodes + layout.elements.len();

@@ -130,7 +130,7 @@ impl<S: Real> State<S> {
 
     /// Evaluates the values. Returns the lanes that describe no bundle.
     pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S]) -> u64 {
-        let known = (robot.serial, layout.serial);
+        let known = (robot.serial(), layout.serial);
         // Without edges labels stay where they are.
         let fresh = self.known != known || !layout.edges.is_empty();
         if self.known != known {
@@ -204,9 +204,9 @@ impl<S: Real> State<S> {
             let base = node * self.rows;
             if fresh {
                 let label = a + length * rule.nodes[i];
-                let [_, direction @ ..] = robot.fields[0].direction(label, Part::Pattern);
+                let [_, direction @ ..] = robot.fields()[0].direction(label, Part::Pattern);
                 self.leader_turn[node] = direction;
-                self.leader_offset[node] = robot.fields[0].offset(label, Part::Pattern);
+                self.leader_offset[node] = robot.fields()[0].offset(label, Part::Pattern);
                 self.local[base + local::X] = label;
                 for f in 0..self.followers {
                     self.rest[node * self.followers + f] = robot.rest_angle(f + 1, label);
@@ -288,7 +288,7 @@ impl<S: Real> State<S> {
             for i in 0..n {
                 let node = element.first_node + i;
                 let v = self.variables(node, f);
-                let offset = robot.fields[f + 1].offset(v[local::FACE], part);
+                let offset = robot.fields()[f + 1].offset(v[local::FACE], part);
                 let known = self.facing[node * followers + f];
                 let facing = Facing::new(&v, [known.sin, known.cos], &self.leader_offset[node], &offset);
                 self.broken |= facing.h.unless(|h| h > LEAST_RATE && h < 1.0 / LEAST_RATE);
@@ -436,7 +436,7 @@ impl<S: Real> State<S> {
         let end = ((e + 1) * self.followers + f) * 2;
         let start = (e * self.followers + f) * 2;
         // Where all fields of the follower are constant nothing asks how x_k moves at the nodes.
-        let constant = robot.fields[f + 1].is_constant(part(element, f + 1));
+        let constant = robot.fields()[f + 1].is_constant(part(element, f + 1));
         self.collocation.clear();
         for i in 0..if constant { 0 } else { n } {
             self.collocation.extend_from_slice(&self.joint_rows[end * n_u..(end + 1) * n_u]);

@@ -1,7 +1,7 @@
-//! What a solve is asked for, and how.
+//! What a solve is asked for.
 
+use super::Settings;
 use crate::design::Robot;
-use crate::kinematics::Resolution;
 use crate::statics::{LoadProblem, Loads, RotationKnob};
 use std::fmt;
 
@@ -160,12 +160,6 @@ impl Command {
                 return Err(CommandProblem::TooFar { tube: index + 2, motion, length: robot.length() });
             }
         }
-        if settings.resolution.stretch > 0 && !robot.has_axial_stiffness() {
-            return Err(CommandProblem::NoAxialStiffness);
-        }
-        if settings.resolution.bending_z == 0 || settings.resolution.nodes == 0 {
-            return Err(CommandProblem::NoModes);
-        }
         let r = settings.resolution;
         let flat = r.twist == 0 && r.bending_y == 0;
         if flat && !(robot.is_planar() && self.loads.is_planar()) {
@@ -204,14 +198,17 @@ pub enum CommandProblem {
         /// Tube number.
         tube: usize,
     },
-    /// Stretch is asked for, but a tube has no axial stiffness.
-    NoAxialStiffness,
     /// The planar resolution is asked to solve for a robot or loads that leave the plane.
     NotPlanar,
-    /// The resolution has no bending modes or no nodes.
-    NoModes,
     /// A load is wrong.
     Load(LoadProblem),
+    /// The equilibrium to start at is that of a robot with another number of tubes.
+    Start {
+        /// Tubes of the start.
+        given: usize,
+        /// Tubes of the robot.
+        tubes: usize,
+    },
 }
 
 impl fmt::Display for CommandProblem {
@@ -235,79 +232,18 @@ impl fmt::Display for CommandProblem {
                     "tube {tube} is to be turned, but the planar resolution holds the angles between tubes"
                 )
             }
-            Self::NoAxialStiffness => {
-                write!(
-                    f,
-                    "stretch needs the axial stiffness of every tube; a tube given by its stiffness lacks it"
-                )
-            }
             Self::NotPlanar => {
                 write!(
                     f,
                     "the planar resolution sees neither loads across the X-Y plane nor robots out of it"
                 )
             }
-            Self::NoModes => write!(f, "the resolution needs at least one mode of bending and one node"),
             Self::Load(problem) => problem.fmt(f),
+            Self::Start { given, tubes } => {
+                write!(f, "the start is an equilibrium of {given} tubes, the robot has {tubes}")
+            }
         }
     }
 }
 
 impl std::error::Error for CommandProblem {}
-
-/// Which conditions are solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Formulation {
-    /// Stationary total energy: right for every robot.
-    #[default]
-    Consistent,
-    /// The projected wrenches of the paper as printed (eq 48 and 64, 90 and 91): for comparison only.
-    Printed,
-}
-
-/// How to solve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Conditions of equilibrium. Default: consistent.
-    pub formulation: Formulation,
-    /// Modes and nodes. Default: [`Resolution::SPATIAL`].
-    pub resolution: Resolution,
-    /// Largest scaled residual at convergence. Default 1e-11: actuation forces to about 1e-10.
-    pub tolerance: f64,
-    /// Newton iterations of one attempt. Default 40; most robots take 3 to 8.
-    pub iterations: usize,
-    /// Smallest fraction of the command that load stepping tries to add. Default 1/256.
-    pub smallest_step: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            formulation: Formulation::Consistent,
-            resolution: Resolution::SPATIAL,
-            tolerance: 1e-11,
-            iterations: 40,
-            smallest_step: 1.0 / 256.0,
-        }
-    }
-}
-
-impl Settings {
-    /// Nothing leaves the X–Y plane: for planar robots under planar loads. Lateral instability is not seen.
-    #[must_use]
-    pub fn planar() -> Self {
-        Self { resolution: Resolution::PLANAR, ..Self::default() }
-    }
-
-    /// The same with stretch of every tube.
-    #[must_use]
-    pub fn with_stretch(self) -> Self {
-        Self { resolution: self.resolution.with_stretch(), ..self }
-    }
-
-    /// The same with the given modes and nodes.
-    #[must_use]
-    pub fn with_resolution(self, resolution: Resolution) -> Self {
-        Self { resolution, ..self }
-    }
-}

@@ -6,7 +6,7 @@
 use super::Equilibrium;
 use super::command::{Actuator, Drive};
 use super::path::settle;
-use super::system::{Point, Workspace};
+use super::system::{Buffers, Point};
 use crate::design::Robot;
 use crate::kinematics::layout::{Joint, Layout};
 
@@ -14,12 +14,12 @@ use crate::kinematics::layout::{Joint, Layout};
 pub(crate) const LEAST_EDGE: f64 = 1e-9;
 
 /// Does a follower (0 is the first) that stands at Δa (m) bring another part into the robot?
-pub(super) fn has_edge(robot: &Robot, follower: usize, motion: f64) -> bool {
-    motion < -LEAST_EDGE * robot.length() && !robot.fields[follower + 1].smooth_at_plate()
+pub(crate) fn has_edge(robot: &Robot, follower: usize, motion: f64) -> bool {
+    motion < -LEAST_EDGE * robot.length() && !robot.fields()[follower + 1].smooth_at_plate()
 }
 
 /// Where the edge of a follower at Δa is expected: it has moved by its label, nearly.
-pub(super) fn edge_estimate(motion: f64, length: f64) -> f64 {
+pub(crate) fn edge_estimate(motion: f64, length: f64) -> f64 {
     (-motion).clamp(LEAST_EDGE * length, 0.9 * length)
 }
 
@@ -49,7 +49,7 @@ pub(crate) enum Side {
 /// tension at Δa = 0⁺ or, `depth` (m) behind the plate, at 0⁻. With it the equilibrium on that side at this tension.
 pub(crate) fn excess_at_plate(
     robot: &Robot,
-    workspace: &mut Workspace,
+    buffers: &mut Buffers,
     standing: &Equilibrium,
     follower: usize,
     side: Side,
@@ -66,7 +66,7 @@ pub(crate) fn excess_at_plate(
             actuator.push_pull = Drive::Motion(if f == follower { -depth } else { 0.0 });
         }
     }
-    settle(robot, workspace, &command, &standing.settings, &mut found);
+    settle(robot, buffers, &command, &standing.settings, &mut found);
     found.status.is_equilibrium().then(|| (found.actuators[follower].tension - told, found))
 }
 

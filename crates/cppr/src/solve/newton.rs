@@ -3,8 +3,8 @@
 //! Trial steps ask for residuals alone. A tangent is made where a step has been accepted, and serves once more where the
 //! residuals promise that it will do.
 
-use super::command::{Formulation, Settings};
-use super::system::{Factors, Point, Posed, Scale, System, Workspace, add_step};
+use super::settings::{Formulation, Settings};
+use super::system::{Buffers, Factors, Point, Posed, Scale, System, add_step};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
 use crate::real::Each;
@@ -21,7 +21,7 @@ pub(crate) enum Failure {
     IterationLimit,
 }
 
-impl Workspace {
+impl Buffers {
     /// Residual and Jacobian at a point, scaled.
     pub(crate) fn evaluate(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
         let broken = if system.formulation == Formulation::Consistent {
@@ -132,7 +132,7 @@ impl Workspace {
         self.factored && self.factors == Factors::InOrder
     }
 
-    /// Newton's method from `point`, which ends at the equilibrium. Where `evaluated`, the workspace has seen that
+    /// Newton's method from `point`, which ends at the equilibrium. Where `evaluated`, the buffers has seen that
     /// point before and only the prescribed motions are new. On failure `point` is the best iterate.
     pub(crate) fn newton(
         &mut self,

@@ -4,107 +4,108 @@
 //! tube (uncut, up to some hundred times stiffer) the edge between both is a joint of the layout. For a prescribed push it is
 //! known beforehand that there is one; for a prescribed force it turns out in the solve.
 
-use super::command::{Actuator, Command, CommandProblem, Drive, Settings};
+use super::command::{Actuator, Command, CommandProblem, Drive};
 use super::edges::{LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge};
 use super::newton::Failure;
-use super::system::{System, Workspace};
-use super::{Equilibrium, Reason, Statistics, Status};
-use crate::analysis::stability;
+use super::system::{Buffers, System};
+use super::{Equilibrium, Reason, Settings, Solver, Statistics, Status, stability};
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
 use crate::real::Each;
 use std::sync::Arc;
 
-/// Solves for the equilibrium under a command, from rest: in one go, and where that ends nowhere or at an unstable
-/// equilibrium, in steps. A stable equilibrium on the way of the steps goes before an unstable one; not in a robot that
-/// leaves its plane by buckling, to either side alike.
-///
-/// A command may have several stable equilibria; [`crate::analysis::continuation`] finds the one that the robot reaches
-/// while the command grows, and the others.
-///
-/// # Errors
-/// Where the command cannot be asked of this robot. That no equilibrium was found is not an error but a
-/// [`Status`].
-pub fn solve(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-) -> Result<Equilibrium, CommandProblem> {
-    let mut result = Equilibrium::at_rest(robot, workspace, settings);
-    solve_into(robot, workspace, command, settings, &mut result)?;
-    Ok(result)
-}
-
-/// Solves for the equilibrium under a command, starting at another one: a neighbour in a sweep. The result lies on its
-/// branch where that goes on, stable or not; steps from rest are taken where it does not.
-///
-/// # Errors
-/// As [`solve`].
-pub fn solve_from(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    start: &Equilibrium,
-) -> Result<Equilibrium, CommandProblem> {
-    let mut result = start.clone();
-    solve_into(robot, workspace, command, settings, &mut result)?;
-    Ok(result)
-}
-
-/// Moves an equilibrium to a new command, starting at itself: for control loops. Allocates nothing where robot,
-/// settings and the kinds of loads are those of earlier calls.
-///
-/// # Errors
-/// As [`solve`]; `equilibrium` is then left as it was.
-pub fn solve_into(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    equilibrium: &mut Equilibrium,
-) -> Result<(), CommandProblem> {
-    command.check(robot, settings)?;
-    let before = (workspace.iterations, workspace.evaluations);
-    let known = workspace.holds(robot, equilibrium.mark)
-        && equilibrium.status.is_equilibrium()
-        && equilibrium.settings == *settings
-        && equilibrium.command.knob == command.knob
-        && equilibrium.command.loads == command.loads;
-    equilibrium.settings = *settings;
-    let cold = equilibrium.point.is_rest();
-    let mut finder = Finder { robot, workspace, settings, load_steps: 0, known };
-    finder.attempt(command, equilibrium);
-    if !equilibrium.status.is_equilibrium() {
-        *equilibrium = finder.step_from_rest(command, Status::is_equilibrium);
+impl Solver {
+    /// Solves for the equilibrium under a command, from rest: in one go, and where that ends nowhere or at an unstable
+    /// equilibrium, in steps. A stable equilibrium on the way of the steps goes before an unstable one; not in a robot that
+    /// leaves its plane by buckling, to either side alike.
+    ///
+    /// A command may have several stable equilibria; [`crate::analysis::continuation`] finds the one that the robot reaches
+    /// while the command grows, and the others.
+    ///
+    /// # Errors
+    /// Where the command cannot be asked of this robot. That no equilibrium was found is not an error but a
+    /// [`Status`].
+    pub fn solve(&mut self, command: &Command) -> Result<Equilibrium, CommandProblem> {
+        let mut result = self.rest();
+        self.solve_into(command, &mut result)?;
+        Ok(result)
     }
-    if cold && equilibrium.status == Status::Unstable && !is_symmetric(robot, command) {
-        let other = finder.step_from_rest(command, |status| status == Status::Converged);
-        if other.status == Status::Converged {
-            *equilibrium = other;
+
+    /// Solves for the equilibrium under a command, starting at another one: a neighbour in a sweep, or on a robot that is
+    /// nearly this one. The result lies on its branch where that goes on, stable or not; steps from rest are taken where it
+    /// does not.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`], and where the start has another number of tubes.
+    pub fn solve_from(
+        &mut self,
+        command: &Command,
+        start: &Equilibrium,
+    ) -> Result<Equilibrium, CommandProblem> {
+        let mut result = start.clone();
+        self.solve_into(command, &mut result)?;
+        Ok(result)
+    }
+
+    /// Moves an equilibrium to a new command, starting at itself: for control loops. Allocates nothing where robot,
+    /// settings and the kinds of loads are those of earlier calls.
+    ///
+    /// # Errors
+    /// As [`Solver::solve_from`]; `equilibrium` is then left as it was.
+    pub fn solve_into(
+        &mut self,
+        command: &Command,
+        equilibrium: &mut Equilibrium,
+    ) -> Result<(), CommandProblem> {
+        let Self { robot, settings, buffers } = self;
+        let (robot, settings) = (&*robot, &*settings);
+        command.check(robot, settings)?;
+        let (given, tubes) = (equilibrium.robot.tube_count(), robot.tube_count());
+        if given != tubes {
+            return Err(CommandProblem::Start { given, tubes });
         }
+        let before = (buffers.iterations, buffers.evaluations);
+        let known = buffers.holds(equilibrium.mark)
+            && equilibrium.robot.serial() == robot.serial()
+            && equilibrium.status.is_equilibrium()
+            && equilibrium.settings == *settings
+            && equilibrium.command.knob == command.knob
+            && equilibrium.command.loads == command.loads;
+        equilibrium.settings = *settings;
+        equilibrium.belong_to(robot);
+        let cold = equilibrium.point.is_rest();
+        let mut finder = Finder { robot, buffers, settings, load_steps: 0, known };
+        finder.attempt(command, equilibrium);
+        if !equilibrium.status.is_equilibrium() {
+            *equilibrium = finder.step_from_rest(command, Status::is_equilibrium);
+        }
+        if cold && equilibrium.status == Status::Unstable && !is_symmetric(robot, command) {
+            let other = finder.step_from_rest(command, |status| status == Status::Converged);
+            if other.status == Status::Converged {
+                *equilibrium = other;
+            }
+        }
+        let load_steps = finder.load_steps;
+        equilibrium.command.copy(command);
+        equilibrium.statistics = Statistics {
+            iterations: buffers.iterations - before.0,
+            evaluations: buffers.evaluations - before.1,
+            load_steps,
+        };
+        Ok(())
     }
-    let load_steps = finder.load_steps;
-    equilibrium.command.copy(command);
-    equilibrium.statistics = Statistics {
-        iterations: workspace.iterations - before.0,
-        evaluations: workspace.evaluations - before.1,
-        load_steps,
-    };
-    Ok(())
 }
 
 /// One attempt at a command from a neighbouring equilibrium, which it moves: no way around over rest, so that the
 /// result lies on the same branch or is none.
 pub(crate) fn settle(
     robot: &Robot,
-    workspace: &mut Workspace,
+    buffers: &mut Buffers,
     command: &Command,
     settings: &Settings,
     equilibrium: &mut Equilibrium,
 ) {
-    Finder { robot, workspace, settings, load_steps: 0, known: false }.attempt(command, equilibrium);
+    Finder { robot, buffers, settings, load_steps: 0, known: false }.attempt(command, equilibrium);
     equilibrium.command.copy(command);
 }
 
@@ -116,7 +117,7 @@ fn is_symmetric(robot: &Robot, command: &Command) -> bool {
 }
 
 /// Locked angles need no holding; a condition on them would be empty.
-pub(super) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
+pub(crate) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
     if settings.resolution.angle == 0 {
         for actuator in drives {
             actuator.rotation = Drive::Effort(0.0);
@@ -126,14 +127,14 @@ pub(super) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
 
 struct Finder<'a> {
     robot: &'a Robot,
-    workspace: &'a mut Workspace,
+    buffers: &'a mut Buffers,
     settings: &'a Settings,
     load_steps: usize,
-    /// The workspace has just evaluated the start under the same loads.
+    /// The buffers has just evaluated the start under the same loads.
     known: bool,
 }
 
-/// What an attempt starts at; its point is `workspace.start`, and where its edges lie `workspace.edge_ratios`.
+/// What an attempt starts at; its point is `buffers.start`, and where its edges lie `buffers.edge_ratios`.
 struct Start {
     layout: Arc<Layout>,
 }
@@ -151,7 +152,7 @@ impl Finder<'_> {
             };
             edges |= u64::from(has_edge(self.robot, f, motion)) << f;
         }
-        let drives = &mut self.workspace.drives;
+        let drives = &mut self.buffers.drives;
         drives.clone_from(&command.actuators);
         hold_locked(drives, self.settings);
         self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
@@ -186,11 +187,9 @@ impl Finder<'_> {
     }
 
     fn start_at(&mut self, equilibrium: &Equilibrium) -> Start {
-        self.workspace.start.copy(&equilibrium.point);
-        self.workspace.edge_ratios.clear();
-        self.workspace
-            .edge_ratios
-            .extend((0..equilibrium.actuators.len()).map(|f| edge_ratio(equilibrium, f)));
+        self.buffers.start.copy(&equilibrium.point);
+        self.buffers.edge_ratios.clear();
+        self.buffers.edge_ratios.extend((0..equilibrium.actuators.len()).map(|f| edge_ratio(equilibrium, f)));
         Start { layout: Arc::clone(&equilibrium.layout) }
     }
 
@@ -220,7 +219,7 @@ impl Finder<'_> {
             standing.command.copy(command);
             let depth = 2.0 * LEAST_EDGE * self.robot.length();
             [Side::Outside, Side::Inside].into_iter().find_map(|side| {
-                let (excess, left) = excess_at_plate(self.robot, self.workspace, &standing, f, side, depth)?;
+                let (excess, left) = excess_at_plate(self.robot, self.buffers, &standing, f, side, depth)?;
                 (excess > 0.0).then_some((f, left))
             })
         })
@@ -240,8 +239,8 @@ impl Finder<'_> {
                 actuators: Each::same(&result.drives),
                 formulation: settings.formulation,
             };
-            let mut outcome = self.workspace.newton(&system, settings, &mut result.point, known);
-            let stable = outcome.is_ok() && stability::is_stable(self.workspace, &system);
+            let mut outcome = self.buffers.newton(&system, settings, &mut result.point, known);
+            let stable = outcome.is_ok() && stability::is_stable(self.buffers, &system);
             if stable {
                 break (outcome, true);
             }
@@ -257,7 +256,7 @@ impl Finder<'_> {
         self.conclude(result, outcome, stable);
     }
 
-    /// Lays out an attempt and puts the start there. Has the workspace just evaluated it?
+    /// Lays out an attempt and puts the start there. Has the buffers just evaluated it?
     fn begin(
         &mut self,
         command: &Command,
@@ -267,7 +266,7 @@ impl Finder<'_> {
         result: &mut Equilibrium,
     ) -> bool {
         let (robot, length) = (self.robot, self.robot.length());
-        let ratios = &self.workspace.edge_ratios;
+        let ratios = &self.buffers.edge_ratios;
         let estimate = |f: usize| {
             let motion = match result.drives[f].push_pull {
                 Drive::Motion(motion) => motion,
@@ -280,10 +279,10 @@ impl Finder<'_> {
         let inside = (0..command.actuators.len()).filter(|&f| edges >> f & 1 == 1);
         let cuts = command.loads.cuts().map(Cut::fixed).chain(inside.map(|f| Cut::edge(f + 1, estimate(f))));
         let resolution = self.settings.resolution;
-        let layout = self.workspace.layouts.get(robot.tube_count(), length, resolution, cuts);
-        let from = &self.workspace.start;
+        let layout = self.buffers.layouts.get(robot.tube_count(), length, resolution, cuts);
+        let from = &self.buffers.start;
         let same = Arc::ptr_eq(&layout, &start.layout);
-        // What the workspace has seen is a good start as it is; elsewhere edges jump to where they will be.
+        // What the buffers has seen is a good start as it is; elsewhere edges jump to where they will be.
         let known = std::mem::take(&mut self.known) && same;
         if same {
             result.point.copy(from);
@@ -309,7 +308,7 @@ impl Finder<'_> {
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
         // A follower that has slid by the robot's length has left it.
-        let knobs = &self.workspace.assembly.knobs;
+        let knobs = &self.buffers.assembly.knobs;
         let inside = knobs.iter().all(|knob| knob[0].abs() < self.robot.length());
         result.status = match (outcome, stable) {
             (Ok(()), _) if !inside => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
@@ -317,16 +316,16 @@ impl Finder<'_> {
             (Ok(()), false) => Status::Unstable,
             (Err(_), _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
         };
-        result.read(self.workspace);
+        result.read(self.buffers);
         if !result.status.is_equilibrium() {
             // The last evaluation need not be that of the point.
-            (result.mark, self.workspace.mark) = (0, 0);
+            (result.mark, self.buffers.mark) = (0, 0);
         }
     }
 
     /// Applies the command in steps from rest, each to an equilibrium that is `good`; they halve where none is found.
     fn step_from_rest(&mut self, command: &Command, good: impl Fn(Status) -> bool) -> Equilibrium {
-        let mut current = Equilibrium::at_rest(self.robot, self.workspace, self.settings);
+        let mut current = Equilibrium::at_rest(self.robot, self.buffers, self.settings);
         let (mut reached, mut step) = (0.0, 0.25);
         loop {
             let next: f64 = f64::min(1.0, reached + step);

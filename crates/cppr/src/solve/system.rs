@@ -8,10 +8,11 @@
 //! sides of the equations. That changes no solution, and where the equilibrium is stable it makes the tangent positive on
 //! all coordinates: eliminating in their order is then safe, and the signs of the pivots prove the stability.
 
-use super::command::{Actuator, Command, Drive, Formulation, Settings};
+use super::command::{Actuator, Drive};
+use super::settings::Formulation;
 use crate::dense::{Lu, axpy, dot};
 use crate::design::Robot;
-use crate::kinematics::layout::{Cut, Layout, Layouts};
+use crate::kinematics::layout::{Layout, Layouts};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::State;
 use crate::real::{Each, Real, every};
@@ -79,7 +80,7 @@ pub(crate) struct Scale {
 impl Scale {
     pub fn of(robot: &Robot) -> Self {
         let length = robot.length();
-        Self { length, energy: robot.bending / length }
+        Self { length, energy: robot.bending() / length }
     }
 
     /// Units of the coordinates: 1/L for curvatures and twist, 1 for stretch, L for edges.
@@ -95,18 +96,16 @@ impl Scale {
     }
 }
 
-/// Every buffer that a solve needs. Reuse it: after the first solve of a robot, later ones find their memory here.
+/// Every buffer that a solve needs: after the first solve of a robot, later ones find their memory here.
 #[derive(Clone, Debug, Default)]
-// Lanes are an inner matter: outside there is one.
-#[allow(private_bounds)]
-pub struct Workspace<S: Real = f64> {
+pub(crate) struct Buffers<S: Real = f64> {
     pub(crate) state: State<S>,
     pub(crate) poses: Poses<S>,
     pub(crate) assembly: Assembly<S>,
     pub(crate) residual: Vec<S>,
     /// The whole KKT matrix, where it has been asked for.
     pub(crate) matrix: Vec<S>,
-    pub(super) composed: bool,
+    pub(crate) composed: bool,
     pub(super) lu: Lu<S>,
     /// Scaled rows of the conditions, and the weights of their penalties.
     conditions: Vec<S>,
@@ -123,9 +122,9 @@ pub struct Workspace<S: Real = f64> {
     pub(crate) edge_ratios: Vec<f64>,
     pub(crate) drives: Vec<Actuator>,
     pub(crate) layouts: Layouts,
-    /// Newton steps taken since the workspace was made.
+    /// Newton steps taken since the buffers was made.
     pub(crate) iterations: usize,
-    /// Evaluations of the residual since the workspace was made.
+    /// Evaluations of the residual since the buffers was made.
     pub(crate) evaluations: usize,
     /// How `lu` was made, and whether from the matrix evaluated last.
     pub(super) factors: Factors,
@@ -137,7 +136,7 @@ pub struct Workspace<S: Real = f64> {
     /// Mark of the equilibrium that was evaluated last; 0 for none.
     pub(crate) mark: u64,
     /// Set from outside to end a long analysis.
-    stop: Option<Arc<AtomicBool>>,
+    pub(super) stop: Option<Arc<AtomicBool>>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -157,8 +156,7 @@ pub(super) enum Posed {
     Rows,
 }
 
-#[allow(private_bounds)]
-impl<S: Real> Workspace<S> {
+impl<S: Real> Buffers<S> {
     /// Residual and Jacobian of the consistent formulation at a point, scaled. Returns the lanes in which it
     /// describes no bundle.
     pub(crate) fn evaluate_consistent(&mut self, system: &System, point: &Point<S>) -> u64 {
@@ -221,9 +219,9 @@ impl<S: Real> Workspace<S> {
         }
     }
 
-    /// Has the workspace evaluated this equilibrium of this robot last?
-    pub(crate) fn holds(&self, robot: &Robot, mark: u64) -> bool {
-        mark != 0 && mark == self.mark && self.assembly.robot() == robot.serial
+    /// Was the equilibrium with this mark evaluated last?
+    pub(crate) fn holds(&self, mark: u64) -> bool {
+        mark != 0 && mark == self.mark
     }
 
     /// Puts the residual together.
@@ -354,74 +352,11 @@ impl System<'_> {
     }
 }
 
-impl Workspace {
-    /// An empty workspace.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Lets another thread end what takes many solves with this workspace: safe ranges, searches for actuator values, paths,
-    /// calibrations. Soon after the flag is set they return, and say that they were stopped. `None` takes the flag away.
-    pub fn stop_by(&mut self, flag: Option<Arc<AtomicBool>>) {
-        self.stop = flag;
-    }
-
-    /// Has the flag been set? For loops of one's own over solves.
-    #[must_use]
+impl Buffers {
+    /// Has another thread asked to end?
     pub fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
-}
-
-/// The conditions of equilibrium at given coordinates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GeneralisedForces {
-    /// Slopes of the Lagrangian by the coordinates: elastic, load and actuation forces in balance where they vanish. J per unit
-    /// of the coordinate.
-    pub forces: Vec<f64>,
-    /// Per follower Δa_k (m) and Ω_k (rad).
-    pub motions: Vec<[f64; 2]>,
-}
-
-/// What the solver brings to zero, for solvers of one's own: generalised forces of the consistent formulation at the given
-/// coordinates (for each field its Legendre modes over the robot; 1/m for curvatures), under the efforts of a command;
-/// motions that it prescribes count as efforts of zero. No coordinates stand for the robot at rest.
-///
-/// `None` where the coordinates are not as many as the resolution has, or describe no bundle.
-#[must_use]
-pub fn generalised_forces(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    coordinates: &[f64],
-) -> Option<GeneralisedForces> {
-    let cuts = command.loads.cuts().map(Cut::fixed);
-    let layout = workspace.layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts);
-    let mut point = Point::rest(&layout);
-    if !coordinates.is_empty() {
-        if coordinates.len() != layout.unknowns() {
-            return None;
-        }
-        point.coordinates.copy_from_slice(coordinates);
-    }
-    for (f, actuator) in command.actuators.iter().enumerate().take(robot.follower_count()) {
-        let effort = |drive: Drive| if drive.is_motion() { 0.0 } else { drive.value() };
-        point.efforts.tension[f] = effort(actuator.push_pull);
-        point.efforts.torque[f] = effort(actuator.rotation);
-    }
-    let setting = Setting { robot, layout: &layout, loads: Each::same(&command.loads), knob: command.knob };
-    workspace.begin();
-    let Workspace { state, poses, assembly, .. } = workspace;
-    if state.evaluate(robot, &layout, &point.coordinates) != 0 {
-        return None;
-    }
-    if !command.loads.is_empty() {
-        poses.evaluate(robot, &layout, state);
-    }
-    assembly.residual(&setting, &point.coordinates, state, poses, &point.efforts);
-    Some(GeneralisedForces { forces: assembly.gradient.clone(), motions: assembly.knobs.clone() })
 }
 
 /// point + factor · step, the step in scaled unknowns.

@@ -1,7 +1,7 @@
 //! How many floating-point operations one Newton step takes: the kernel computes with numbers that count.
 //! `cargo test --release -p cppr --lib work_of_one_step -- --nocapture` prints them.
 
-use super::system::{Point, System, Workspace};
+use super::system::{Buffers, Point, System};
 use super::{Actuator, Drive, Formulation};
 use crate::design::{Profile, Robot, RobotDesign, StiffnessTube, TubeDesign};
 use crate::kinematics::Resolution;
@@ -115,7 +115,7 @@ fn tube(offset: f64, direction: f64) -> TubeDesign {
 
 /// Operations of one evaluation of residual and tangent, and of one factorisation and solution.
 fn count(tubes: Vec<TubeDesign>, resolution: Resolution, loads: &Loads) -> [u64; 2] {
-    let robot = Robot::new(RobotDesign { name: "counted".into(), length: 0.15, tubes }).unwrap();
+    let robot = Robot::from_design(RobotDesign { name: "counted".into(), length: 0.15, tubes }).unwrap();
     let layout = Layouts::default().get(robot.tube_count(), robot.length(), resolution, std::iter::empty());
     let rotation = if resolution.angle == 0 { Drive::Effort(0.0) } else { Drive::Motion(0.0) };
     let drives = vec![Actuator { push_pull: Drive::Motion(1e-3), rotation }; robot.follower_count()];
@@ -127,19 +127,19 @@ fn count(tubes: Vec<TubeDesign>, resolution: Resolution, loads: &Loads) -> [u64;
         actuators: Each::same(&drives),
         formulation: Formulation::Consistent,
     };
-    let mut workspace = Workspace::<Counted>::default();
+    let mut buffers = Buffers::<Counted>::default();
     let mut point = Point::rest(&layout);
     for (i, coordinate) in point.coordinates.iter_mut().enumerate() {
         *coordinate = Counted(0.3 + 0.1 * i as f64);
     }
     // What is kept between evaluations is there from the second on.
-    assert_eq!(workspace.evaluate_consistent(&system, &point), 0);
+    assert_eq!(buffers.evaluate_consistent(&system, &point), 0);
     COUNT.set(0);
-    assert_eq!(workspace.evaluate_consistent(&system, &point), 0);
+    assert_eq!(buffers.evaluate_consistent(&system, &point), 0);
     let evaluation = COUNT.replace(0);
-    workspace.factor_in_order(&system);
-    let mut step = workspace.residual.clone();
-    workspace.solve(&mut step, 1);
+    buffers.factor_in_order(&system);
+    let mut step = buffers.residual.clone();
+    buffers.solve(&mut step, 1);
     [evaluation, COUNT.get()]
 }
 

@@ -216,18 +216,13 @@ impl<S: Real> Assembly<S> {
         self.hessian[i * self.gradient.len() + j]
     }
 
-    /// Serial number of the robot assembled last.
-    pub fn robot(&self) -> u64 {
-        self.known.0
-    }
-
     /// Actuator positions and edges.
     fn conditions(&mut self, setting: &Setting, state: &State<S>) {
         let Setting { robot, layout, knob, .. } = setting;
         let followers = layout.tubes - 1;
         self.knobs.resize(followers, [S::zero(); 2]);
-        if self.known != (robot.serial, layout.serial) {
-            let leader = robot.fields[0].direction(0.0, Part::Pattern)[0];
+        if self.known != (robot.serial(), layout.serial) {
+            let leader = robot.fields()[0].direction(0.0, Part::Pattern)[0];
             let at_rest = |f: usize| leader + PI - robot.rest_angle(f + 1, 0.0)[0];
             self.turn_at_rest.clear();
             self.turn_at_rest.extend((0..followers).map(at_rest));
@@ -236,7 +231,7 @@ impl<S: Real> Assembly<S> {
             let [face, angle] = state.joints[f];
             let position = match knob {
                 RotationKnob::Base => {
-                    let own = robot.fields[f + 1].direction(face, part_at_base(layout, f));
+                    let own = robot.fields()[f + 1].direction(face, part_at_base(layout, f));
                     -angle - own[0] + self.turn_at_rest[f]
                 }
                 RotationKnob::RelativeAngle => -angle,
@@ -278,7 +273,7 @@ impl<S: Real> Assembly<S> {
         let (rows, followers) = (layout.rows(), layout.tubes - 1);
         let gravity = setting.gravity();
         // Fields at labels that do not move, and fields that are constant, are known from the last time.
-        let serials = (robot.serial, layout.serial);
+        let serials = (robot.serial(), layout.serial);
         let (fresh, moving) = (self.known != serials, !layout.edges.is_empty());
         self.known = serials;
         self.values.clear();
@@ -296,7 +291,7 @@ impl<S: Real> Assembly<S> {
                 let jets = &mut self.jets[node * layout.tubes..(node + 1) * layout.tubes];
                 let own = &state.local[node * rows..(node + 1) * rows];
                 if fresh || moving {
-                    jets[0] = robot.fields[0].jets(own[local::X], Part::Pattern);
+                    jets[0] = robot.fields()[0].jets(own[local::X], Part::Pattern);
                 }
                 let (energy, gradient) = energy::leader(&jets[0], own);
                 let mut value = energy;
@@ -305,7 +300,7 @@ impl<S: Real> Assembly<S> {
                     *slope += g * weight;
                 }
                 for f in 0..followers {
-                    let fields = &robot.fields[f + 1];
+                    let fields = &robot.fields()[f + 1];
                     let part = part(element, f + 1);
                     if fresh || !fields.is_constant(part) {
                         jets[f + 1] = fields.jets(own[row(f, local::FACE)], part);
@@ -342,7 +337,7 @@ fn part_at_base(layout: &Layout, f: usize) -> Part {
 pub(super) fn turn_at_base<S: Real>(setting: &Setting, state: &State<S>, f: usize, order: usize) -> S {
     match setting.knob {
         RotationKnob::Base => {
-            let fields = &setting.robot.fields[f + 1];
+            let fields = &setting.robot.fields()[f + 1];
             fields.direction(state.joints[f][0], part_at_base(setting.layout, f))[order]
         }
         RotationKnob::RelativeAngle => S::zero(),

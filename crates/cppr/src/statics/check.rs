@@ -77,7 +77,7 @@ pub(super) fn primal_along<T: Number>(
     let Setting { robot, layout, knob, .. } = setting;
     let loads = setting.kinds();
     let value = |tube: usize, x: T, part: Part, pick: fn(&FieldJets) -> Jet| {
-        let own = taylor(pick(&robot.fields[tube].jets(x.re(), part)), x);
+        let own = taylor(pick(&robot.fields()[tube].jets(x.re(), part)), x);
         along.map_or(own, |(rates, p)| own + p * taylor(pick(&rates[tube].jets(x.re(), part)), x))
     };
     let followers = layout.tubes - 1;
@@ -98,7 +98,7 @@ pub(super) fn primal_along<T: Number>(
         };
         let labels: Vec<T> = rule.nodes.iter().map(|&x| a + length * x).collect();
         let phi = |tube: usize, x: T, order: usize| {
-            let d = robot.fields[tube].direction(x.re(), Part::Pattern);
+            let d = robot.fields()[tube].direction(x.re(), Part::Pattern);
             let third = if order == 0 { d[3] / 6.0 } else { 0.0 };
             let dx = x - T::from(x.re());
             taylor([d[order], d[order + 1], if order < 2 { d[order + 2] } else { 0.0 }], x)
@@ -140,7 +140,7 @@ pub(super) fn primal_along<T: Number>(
                 }
             }
             for i in 0..rule.n {
-                let direction = robot.fields[f + 1].direction(faces[i].re(), part(element, f + 1));
+                let direction = robot.fields()[f + 1].direction(faces[i].re(), part(element, f + 1));
                 let at = |pick: fn(&FieldJets) -> Jet| value(f + 1, faces[i], part(element, f + 1), pick);
                 let k = own[i].0;
                 let (s, c) = (angles[i].sin(), angles[i].cos());
@@ -177,10 +177,10 @@ pub(super) fn primal_along<T: Number>(
         nodes[e] = own;
     }
     for f in 0..followers {
-        let phi = |tube: usize| robot.fields[tube].direction(0.0, Part::Pattern)[0];
+        let phi = |tube: usize| robot.fields()[tube].direction(0.0, Part::Pattern)[0];
         let rotation = match knob {
             RotationKnob::Base => {
-                let d = robot.fields[f + 1].direction(joint[f][0].re(), part(&layout.elements[0], f + 1));
+                let d = robot.fields()[f + 1].direction(joint[f][0].re(), part(&layout.elements[0], f + 1));
                 T::from(phi(f + 1)) - joint[f][1] - taylor([d[0], d[1], d[2]], joint[f][0])
             }
             RotationKnob::RelativeAngle => -joint[f][1],
@@ -188,7 +188,7 @@ pub(super) fn primal_along<T: Number>(
         total -= joint[f][0] * efforts.tension[f] + rotation * efforts.torque[f];
     }
     // Poses.
-    let base = robot.fields[0].direction(0.0, Part::Pattern)[0];
+    let base = robot.fields()[0].direction(0.0, Part::Pattern)[0];
     let (zero, one) = (T::zero(), T::one());
     let (s, c) = (T::from(base.sin()), T::from(base.cos()));
     let mut frame = [[one, zero, zero], [zero, c, s], [zero, -s, c]];
@@ -324,7 +324,7 @@ pub(super) fn test_robot() -> Robot {
         TubeDesign::Stiffness(stiff([1e-3, 1.4e-3], 2.6, 0.6)),
         TubeDesign::Notched(notched),
     ];
-    Robot::new(RobotDesign { name: "test".into(), length: 0.15, tubes }).unwrap()
+    Robot::from_design(RobotDesign { name: "test".into(), length: 0.15, tubes }).unwrap()
 }
 
 pub(super) struct Noise(pub u64);

@@ -90,7 +90,7 @@ fn conditions_by_parameters_are_those_of_dual_numbers() {
             let robots = SHARES.map(|(at, _)| {
                 let mut design = case.robot.design().clone();
                 change(&mut design.tubes[tube], at * step);
-                Robot::new(design).unwrap()
+                Robot::from_design(design).unwrap()
             });
             // What the sensitivity differences.
             let mut difference = vec![0.0; case.u.len()];

@@ -7,13 +7,12 @@
 use super::assembly::{Efforts, RotationKnob, Setting};
 use super::check::{Pose, potential_loads, primal_along, test_robot};
 use super::check_parameters::{PARAMETERS, SHARES, rates};
-use crate::analysis::shape::tip_pose;
-use crate::analysis::{Perturbed, parameter_sensitivity, sensitivity};
+use crate::analysis::Perturbed;
 use crate::design::Robot;
 use crate::design::fields::Fields;
 use crate::kinematics::Resolution;
 use crate::real::Each;
-use crate::solve::{Actuator, Command, Drive, Equilibrium, Settings, Workspace, solve};
+use crate::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Vector3};
 use num_dual::{Dual64, HyperDual64};
 
@@ -158,10 +157,10 @@ impl<'a> Plain<'a> {
 }
 
 /// A robot in equilibrium under a command, solved until rounding is left.
-fn settled(robot: &Robot, command: &Command, workspace: &mut Workspace) -> Equilibrium {
+fn settled(robot: &Robot, command: &Command) -> Equilibrium {
     let modes = Resolution { twist: 2, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 5 };
     let settings = Settings { tolerance: 1e-13, ..Settings::default() }.with_resolution(modes);
-    let found = solve(robot, workspace, command, &settings).unwrap();
+    let found = Solver::with_settings(robot, settings).unwrap().solve(command).unwrap();
     assert!(found.status.is_equilibrium(), "{}", found.status);
     found
 }
@@ -176,12 +175,13 @@ fn same(what: &str, got: &DVector<f64>, want: &DVector<f64>) {
 
 #[test]
 fn jacobians_and_compliance_are_those_of_dual_numbers() {
-    let (robot, mut workspace) = (test_robot(), Workspace::new());
+    let robot = test_robot();
+    let mut solver = Solver::new(&robot);
     for (turn, command) in commands().iter().enumerate() {
-        let found = settled(&robot, command, &mut workspace);
+        let found = settled(&robot, command);
         assert_eq!(found.layout.edges.len(), 1 - turn, "the uncut part is inside in the first case only");
-        let exact = sensitivity(&robot, &mut workspace, &found).unwrap();
-        let rotation = tip_pose(&robot, &mut workspace, &found).0;
+        let exact = solver.sensitivity(&found).unwrap();
+        let rotation = solver.tip(&found).rotation;
         let plain = Plain::new(&robot, &found);
         let inputs = exact.inputs.len();
         let responses = |answer: &DVector<f64>| DVector::from_fn(inputs, |k, _| plain.conjugate(answer, k));
@@ -228,24 +228,25 @@ fn jacobians_and_compliance_are_those_of_dual_numbers() {
 
 #[test]
 fn derivatives_by_parameters_are_those_of_dual_numbers() {
-    let (robot, mut workspace, step) = (test_robot(), Workspace::new(), 1e-3);
+    let (robot, step) = (test_robot(), 1e-3);
+    let mut solver = Solver::new(&robot);
     for command in &commands() {
-        let found = settled(&robot, command, &mut workspace);
+        let found = settled(&robot, command);
         let plain = Plain::new(&robot, &found);
         let n = plain.u.len();
         for (name, tube, change) in PARAMETERS {
             let at = |p: f64| {
                 let mut design = robot.design().clone();
                 change(&mut design.tubes[tube], p);
-                Robot::new(design).ok()
+                Robot::from_design(design).ok()
             };
             let perturbed = Perturbed::new(step, at).unwrap();
-            let read = |robot: &Robot, workspace: &mut Workspace, found: &Equilibrium| {
-                let centre = tip_pose(robot, workspace, found).1;
+            let read = |solver: &mut Solver, found: &Equilibrium| {
+                let centre = solver.tip(found).centre;
                 let states = found.actuators.iter().flat_map(|a| [a.tension, a.torque]);
                 centre.iter().copied().chain(states).collect()
             };
-            let got = parameter_sensitivity(&robot, &mut workspace, &found, &perturbed, read).unwrap();
+            let got = solver.parameter_sensitivity(&found, &perturbed, read).unwrap();
 
             let robots = SHARES.map(|(share, _)| at(share * step).unwrap());
             let fields: Vec<Fields> = (0..3).map(|t| rates(&robots, t, step)).collect();

@@ -5,10 +5,9 @@
 //! motion has a lower quotient. For uniform straight tubes E is what `analysis::stability` measures against.
 
 use super::check_sensitivity::Plain;
-use crate::analysis::stability::stability;
 use crate::design::{Profile, Robot, RobotDesign, StiffnessTube, TubeDesign};
 use crate::kinematics::Resolution;
-use crate::solve::{Actuator, Command, Drive, Equilibrium, Settings, Status, Workspace, solve};
+use crate::solve::{Actuator, Command, Drive, Settings, Solver, Status};
 use crate::statics::{Loads, RotationKnob};
 use nalgebra::{Cholesky, DMatrix, DVector, SVD, Vector3};
 use std::f64::consts::PI;
@@ -28,7 +27,7 @@ fn uniform(angle: f64) -> Robot {
         })
     };
     let tubes = vec![tube(2e-3, PI, 1.0), tube(1.5e-3, angle, 0.6)];
-    Robot::new(RobotDesign { name: "uniform".into(), length: 0.15, tubes }).unwrap()
+    Robot::from_design(RobotDesign { name: "uniform".into(), length: 0.15, tubes }).unwrap()
 }
 
 /// A basis of the motions that keep the conditions.
@@ -47,7 +46,6 @@ fn free_motions(plain: &Plain) -> DMatrix<f64> {
 
 #[test]
 fn margin_and_critical_mode_solve_the_eigenvalue_problem_of_dual_numbers() {
-    let mut workspace = Workspace::new();
     let modes = Resolution { twist: 3, bending_y: 4, bending_z: 4, angle: 3, stretch: 0, nodes: 8 };
     let settings = Settings { tolerance: 1e-13, ..Settings::default() }.with_resolution(modes);
     let (motion, effort) = (Drive::Motion, Drive::Effort);
@@ -58,15 +56,16 @@ fn margin_and_critical_mode_solve_the_eigenvalue_problem_of_dual_numbers() {
         (0.0, motion(-3e-3), motion(0.0), Vector3::new(-4.0, 0.0, 0.0), 1),
     ] {
         let robot = uniform(angle);
-        let rest = Equilibrium::rest(&robot, &settings);
+        let mut solver = Solver::with_settings(&robot, settings).unwrap();
+        let rest = solver.rest();
         let straight = Plain::new(&robot, &rest);
         let n = straight.u.len();
         let elastic = straight.matrix.view((0, 0), (n, n)).into_owned();
         let actuators = vec![Actuator { push_pull, rotation }];
         let command = Command { actuators, loads: Loads::tip_force(force), knob: RotationKnob::Base };
-        let found = solve(&robot, &mut workspace, &command, &settings).unwrap();
+        let found = solver.solve(&command).unwrap();
         assert_eq!(found.status == Status::Converged, inertia == 0, "{force}: {}", found.status);
-        let own = stability(&robot, &mut workspace, &found).unwrap();
+        let own = solver.stability(&found).unwrap();
         let plain = Plain::new(&robot, &found);
         let hessian = plain.matrix.view((0, 0), (n, n)).into_owned();
         let free = free_motions(&plain);
@@ -86,7 +85,7 @@ fn margin_and_critical_mode_solve_the_eigenvalue_problem_of_dual_numbers() {
         assert_eq!((own.inertia, negative), (inertia, inertia), "{force}");
         // The tip goes where dual numbers take it.
         let shift = (&plain.twist * &mode).fixed_rows::<3>(0).normalize();
-        let direction = own.tip_direction(&robot, &mut workspace, &found);
+        let direction = own.tip_direction;
         assert!(
             direction.cross(&shift).norm() < 1e-7 && direction[direction.icamax()] > 0.0,
             "{direction} {shift}"

@@ -184,7 +184,7 @@ fn follower(
             let (rotation, place) = section(i);
             let (force, moment) = here.seen(&rotation, &place);
             let facing = &state.facing[node * followers + f];
-            let own = robot.fields[f + 1]
+            let own = robot.fields()[f + 1]
                 .jets(state.local[node * layout.rows() + row(f, local::FACE)], part(element, f + 1));
             let strain = Vector3::new(facing.a, -facing.p, -facing.r) / facing.h;
             let stress = Vector3::new(
@@ -227,7 +227,7 @@ fn follower(
 fn at_plate(setting: &Setting, state: &State, efforts: &Efforts, f: usize) -> Wrench {
     let Setting { robot, layout, .. } = setting;
     let [face, angle] = state.joints[f];
-    let offset = robot.fields[f + 1].offset(face, part(&layout.elements[0], f + 1))[0];
+    let offset = robot.fields()[f + 1].offset(face, part(&layout.elements[0], f + 1))[0];
     let turned = so3::about_x(PI - robot.rest_angle(f + 1, 0.0)[0] - angle);
     let place: Vector3<f64> = (base_rotation(robot) * turned).column(1) * offset;
     let mut wrench = Wrench::at(&place, Vector3::x() * efforts.tension[f]);

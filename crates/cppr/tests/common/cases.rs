@@ -22,7 +22,7 @@ pub fn random_case(seed: u64) -> (RobotDesign, Command) {
     }
     loop {
         let design = design(&mut random, seed);
-        if let Ok(robot) = Robot::new(design.clone()) {
+        if let Ok(robot) = Robot::from_design(design.clone()) {
             return (design, command(&mut random, &robot));
         }
     }

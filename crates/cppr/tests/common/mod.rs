@@ -8,7 +8,7 @@ use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube,
     Torsion, TubeDesign,
 };
-use cppr::solve::{Command, Equilibrium, Settings, Status, Workspace, solve};
+use cppr::solve::{Command, Equilibrium, Settings, Solver, Status};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
@@ -33,7 +33,7 @@ pub fn stiff_tube(offset: f64, bending: [f64; 2], torsion: f64, direction: f64, 
 }
 
 pub fn robot(length: f64, tubes: Vec<TubeDesign>) -> Robot {
-    Robot::new(RobotDesign { name: "test".into(), length, tubes }).unwrap()
+    Robot::from_design(RobotDesign { name: "test".into(), length, tubes }).unwrap()
 }
 
 /// A robot of the bundle reference: `turn` is the helix angle of all patterns.
@@ -146,13 +146,8 @@ impl Random {
 }
 
 /// Solves from rest and insists on a stable equilibrium.
-pub fn converged(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-) -> Equilibrium {
-    let found = solve(robot, workspace, command, settings).unwrap();
-    assert_eq!(found.status, Status::Converged, "{command:?}");
+pub fn converged(robot: &Robot, command: &Command, settings: &Settings) -> Equilibrium {
+    let found = Solver::with_settings(robot, *settings).unwrap().solve(command).unwrap();
+    assert_eq!(found.status(), Status::Converged, "{command:?}");
     found
 }

@@ -12,14 +12,16 @@
 
 use super::family::Family;
 use super::{PathPoint, PointKind};
-use crate::analysis::stability;
 use crate::dense::{Determinant, Lu, dot};
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
 use crate::real::Each;
 use crate::solve::newton::FLOOR;
-use crate::solve::system::{Point, System, Workspace, advanced, condition_count};
-use crate::solve::{Actuator, ActuatorState, Command, Drive, Equilibrium, Settings, Statistics, Status};
+use crate::solve::stability;
+use crate::solve::system::{Buffers, Point, System, advanced, condition_count};
+use crate::solve::{
+    Actuator, ActuatorState, Command, Drive, Equilibrium, Settings, Solver, Statistics, Status,
+};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -114,13 +116,18 @@ pub(super) fn length(stage: &Stage, v: &[f64]) -> f64 {
     dot(v, &weigh(stage, v)).sqrt()
 }
 
+/// Unknowns and λ of the bordered system of an equilibrium.
+pub(super) fn size_of(found: &Equilibrium) -> usize {
+    found.layout.unknowns() + condition_count(&found.system()) + 1
+}
+
 /// Most corrections of one predicted point.
 const MOST_TURNS: usize = 10;
 
 /// Evaluates, corrects, and reads what an equilibrium tells.
 pub(super) struct Bordered<'a> {
     pub robot: &'a Robot,
-    pub workspace: &'a mut Workspace,
+    pub buffers: &'a mut Buffers,
     pub family: &'a Family,
     pub settings: &'a Settings,
     rate: Vec<f64>,
@@ -129,13 +136,9 @@ pub(super) struct Bordered<'a> {
 }
 
 impl<'a> Bordered<'a> {
-    pub fn new(
-        robot: &'a Robot,
-        workspace: &'a mut Workspace,
-        family: &'a Family,
-        settings: &'a Settings,
-    ) -> Self {
-        Self { robot, workspace, family, settings, rate: Vec::new(), matrix: Vec::new(), lu: Lu::default() }
+    pub fn new(solver: &'a mut Solver, family: &'a Family) -> Self {
+        let Solver { robot, settings, buffers } = solver;
+        Self { robot, buffers, family, settings, rate: Vec::new(), matrix: Vec::new(), lu: Lu::default() }
     }
 
     fn with_system<T>(
@@ -157,11 +160,6 @@ impl<'a> Bordered<'a> {
         work(self, &system)
     }
 
-    /// Unknowns and λ of the bordered system of an equilibrium.
-    pub fn size_of(&self, found: &Equilibrium) -> usize {
-        found.layout.unknowns() + condition_count(&found.system(self.robot)) + 1
-    }
-
     /// Residual and r_y at a place, whose prescribed efforts are brought to its fraction.
     fn conditions(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
         self.with_system(stage, place.fraction, |solver, system| {
@@ -173,8 +171,8 @@ impl<'a> Bordered<'a> {
                     place.point.efforts.torque[f] = torque;
                 }
             }
-            solver.workspace.evaluate(system, &place.point).ok()?;
-            solver.workspace.compose_matrix(system);
+            solver.buffers.evaluate(system, &place.point).ok()?;
+            solver.buffers.compose_matrix(system);
             Some(())
         })
     }
@@ -183,9 +181,9 @@ impl<'a> Bordered<'a> {
     fn evaluate(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
         let mut ahead = Place { fraction: place.fraction + 1.0, point: place.point.clone() };
         self.conditions(stage, &mut ahead)?;
-        self.rate.clone_from(&self.workspace.residual);
+        self.rate.clone_from(&self.buffers.residual);
         self.conditions(stage, place)?;
-        for (rate, here) in self.rate.iter_mut().zip(&self.workspace.residual) {
+        for (rate, here) in self.rate.iter_mut().zip(&self.buffers.residual) {
             *rate -= here;
         }
         Some(())
@@ -195,7 +193,7 @@ impl<'a> Bordered<'a> {
     fn compose(&mut self, row: &[f64]) -> usize {
         let n = self.rate.len();
         self.matrix.clear();
-        for (own, rate) in self.workspace.matrix.chunks_exact(n).zip(&self.rate) {
+        for (own, rate) in self.buffers.matrix.chunks_exact(n).zip(&self.rate) {
             self.matrix.extend_from_slice(own);
             self.matrix.push(*rate);
         }
@@ -234,12 +232,12 @@ impl<'a> Bordered<'a> {
         let mut before = f64::INFINITY;
         for turn in 0..=MOST_TURNS {
             self.evaluate(stage, place)?;
-            let reached = self.workspace.residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+            let reached = self.buffers.residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
             if reached <= tolerance {
                 return Some(turn);
             }
             self.factor(row)?;
-            let mut step: Vec<f64> = self.workspace.residual.iter().map(|r| -r).chain([0.0]).collect();
+            let mut step: Vec<f64> = self.buffers.residual.iter().map(|r| -r).chain([0.0]).collect();
             self.lu.solve(&mut step, 1);
             let size = length(stage, &step);
             if !(size.is_finite() && size <= 0.5 * before) {
@@ -254,14 +252,14 @@ impl<'a> Bordered<'a> {
 
     /// How far another place of the same stage lies along a weighed direction.
     pub fn offset(&self, from: &Place, to: &Place, row: &[f64]) -> f64 {
-        let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.workspace.units);
+        let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.buffers.units);
         let along: f64 = moved.zip(row).map(|(((a, b), unit), r)| r * (b - a) / unit).sum();
         along + row[row.len() - 1] * (to.fraction - from.fraction)
     }
 
     /// Distance of two places of one stage.
     pub fn distance(&self, from: &Place, to: &Place) -> f64 {
-        let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.workspace.units);
+        let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.buffers.units);
         let square: f64 = moved.map(|((a, b), unit)| ((b - a) / unit).powi(2)).sum();
         (square + (to.fraction - from.fraction).powi(2)).sqrt()
     }
@@ -283,8 +281,8 @@ impl<'a> Bordered<'a> {
         // det B is linear in its last row: from the row given, on which the tangent has the share 1/size, to W t.
         determinant.ln += size.ln();
         let spectrum =
-            self.with_system(stage, place.fraction, |s, system| stability::spectrum(s.workspace, system));
-        let Workspace { assembly, units, .. } = &*self.workspace;
+            self.with_system(stage, place.fraction, |s, system| stability::spectrum(s.buffers, system));
+        let Buffers { assembly, units, .. } = &*self.buffers;
         let rate = |row: &[f64]| row.iter().zip(units).zip(&tangent).map(|((r, u), t)| r * u * t).sum();
         let sliding = assembly.knob_rows.iter().map(|rows| rate(&rows[0])).collect();
         let point = self.read(stage, place, spectrum.as_deref());
@@ -297,6 +295,7 @@ impl<'a> Bordered<'a> {
         let command = self.family.at(place.fraction);
         let inertia = spectrum.map(stability::negative);
         let mut equilibrium = Equilibrium {
+            robot: self.robot.clone(),
             status: if inertia.unwrap_or(0) == 0 { Status::Converged } else { Status::Unstable },
             statistics: Statistics::default(),
             elastic_energy: 0.0,
@@ -309,7 +308,7 @@ impl<'a> Bordered<'a> {
             mark: 0,
             command,
         };
-        equilibrium.read(self.workspace);
+        equilibrium.read(self.buffers);
         for (f, (state, actuator)) in
             equilibrium.actuators.iter_mut().zip(&equilibrium.command.actuators).enumerate()
         {
@@ -318,8 +317,8 @@ impl<'a> Bordered<'a> {
                 state.tension = force;
             }
         }
-        self.workspace.pose(self.robot, &stage.layout);
-        let tip = self.workspace.poses.centre.last().copied().unwrap_or_default();
+        self.buffers.pose(self.robot, &stage.layout);
+        let tip = self.buffers.poses.centre.last().copied().unwrap_or_default();
         PathPoint {
             parameter: self.family.value(place.fraction),
             fraction: place.fraction,

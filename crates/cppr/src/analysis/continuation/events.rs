@@ -2,8 +2,8 @@
 
 use super::bordered::{Node, length, weigh};
 use super::track::Tracer;
-use crate::analysis::stability::NEUTRAL;
 use crate::dense::dot;
+use crate::solve::stability::NEUTRAL;
 
 /// A function that vanishes at an event and changes its sign there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,7 +171,7 @@ impl Tracer<'_> {
         while distance > 1e-2 * self.tracing.step {
             let mut place = self.solver.predicted(&node.stage, &node.place, &direction, distance);
             let corrected =
-                self.solver.correct(&node.stage, &mut place, &row, self.tracing.settings.tolerance);
+                self.solver.correct(&node.stage, &mut place, &row, self.solver.settings.tolerance);
             let strayed = self.solver.offset(&node.place, &place, &weigh(&node.stage, &node.tangent));
             if corrected.is_some() && strayed.abs() <= 3.0 * distance {
                 let next = self.solver.node(&node.stage, &place, &row)?;

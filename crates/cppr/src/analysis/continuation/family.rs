@@ -3,8 +3,7 @@
 //! Motions, efforts and loads are affine in λ, and so are the conditions of equilibrium at fixed unknowns.
 
 use crate::analysis::sensitivity::{Freedom, Input};
-use crate::design::Robot;
-use crate::solve::{ActuatorState, Command, CommandProblem, Drive, Settings};
+use crate::solve::{ActuatorState, Command, CommandProblem, Drive, Solver};
 use crate::statics::Loads;
 use std::fmt;
 
@@ -73,6 +72,8 @@ pub enum FamilyProblem {
     Nothing,
     /// The command at one end cannot be asked of the robot.
     Command(CommandProblem),
+    /// The equilibrium to start at is that of another robot or of other settings.
+    Start,
 }
 
 impl fmt::Display for FamilyProblem {
@@ -90,6 +91,10 @@ impl fmt::Display for FamilyProblem {
             Self::NotFinite => write!(f, "an end of the path is not a finite number"),
             Self::Nothing => write!(f, "the path begins where it ends: nothing varies"),
             Self::Command(problem) => problem.fmt(f),
+            Self::Start => write!(
+                f,
+                "the equilibrium to start at was not found by this solver: its robot or its settings are others"
+            ),
         }
     }
 }
@@ -174,9 +179,9 @@ impl Family {
     }
 
     /// Can both ends be asked of this robot?
-    pub(super) fn check(&self, robot: &Robot, settings: &Settings) -> Result<(), FamilyProblem> {
+    pub(super) fn check(&self, solver: &Solver) -> Result<(), FamilyProblem> {
         for end in [&self.first, &self.last] {
-            end.check(robot, settings).map_err(FamilyProblem::Command)?;
+            solver.check(end).map_err(FamilyProblem::Command)?;
         }
         Ok(())
     }

@@ -24,8 +24,7 @@ mod track;
 
 pub use family::{Family, FamilyProblem, Parameter};
 
-use crate::design::Robot;
-use crate::solve::{Equilibrium, Settings, Status, Workspace, solve};
+use crate::solve::{Equilibrium, Solver, Status};
 use bordered::{Bordered, Node, Place};
 use nalgebra::Vector3;
 use track::{Tracer, Trail};
@@ -33,8 +32,6 @@ use track::{Tracer, Trail};
 /// How a path is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracing {
-    /// How equilibria are solved.
-    pub settings: Settings,
     /// Longest step along the path. Default 0.05: a twentieth of the way, or some 3° of bending.
     pub step: f64,
     /// Shortest step that is tried. Default 1e-7.
@@ -49,8 +46,7 @@ pub struct Tracing {
 
 impl Default for Tracing {
     fn default() -> Self {
-        let settings = Settings::default();
-        Self { settings, step: 0.05, shortest: 1e-7, tolerance: 1e-8, points: 2000, depth: 0 }
+        Self { step: 0.05, shortest: 1e-7, tolerance: 1e-8, points: 2000, depth: 0 }
     }
 }
 
@@ -124,7 +120,7 @@ pub enum End {
         /// Tube number.
         tube: usize,
     },
-    /// [`Workspace::stop_by`].
+    /// [`Solver::stop_by`].
     Stopped,
     /// There is no equilibrium at the first command, or it is singular.
     NoStart(Status),
@@ -179,64 +175,61 @@ pub struct Branch {
     pub origin: Option<Origin>,
 }
 
-/// Traces the equilibria of a family of commands from its first to its last, and the branches that leave them.
-///
-/// The first branch begins at the equilibrium that [`solve`] finds for the first command; others follow in the order
-/// in which their branch points were found, both directions of every critical eigenvector.
-///
-/// # Errors
-/// Where a command of the family cannot be asked of this robot.
-pub fn trace(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    family: &Family,
-    tracing: &Tracing,
-) -> Result<Vec<Branch>, FamilyProblem> {
-    let start =
-        solve(robot, workspace, &family.at(0.0), &tracing.settings).map_err(FamilyProblem::Command)?;
-    trace_from(robot, workspace, family, tracing, &start)
-}
+impl Solver {
+    /// Traces the equilibria of a family of commands from its first to its last, and the branches that leave them.
+    ///
+    /// The first branch begins at the equilibrium that [`Solver::solve`] finds for the first command; others follow in the order
+    /// in which their branch points were found, both directions of every critical eigenvector.
+    ///
+    /// # Errors
+    /// Where a command of the family cannot be asked of this robot.
+    pub fn trace(&mut self, family: &Family, tracing: &Tracing) -> Result<Vec<Branch>, FamilyProblem> {
+        let start = self.solve(&family.at(0.0)).map_err(FamilyProblem::Command)?;
+        self.trace_from(family, tracing, &start)
+    }
 
-/// The same from a given equilibrium of the first command: another one than [`solve`] finds.
-///
-/// # Errors
-/// As [`trace`].
-pub fn trace_from(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    family: &Family,
-    tracing: &Tracing,
-    start: &Equilibrium,
-) -> Result<Vec<Branch>, FamilyProblem> {
-    family.check(robot, &tracing.settings)?;
-    let solver = Bordered::new(robot, workspace, family, &tracing.settings);
-    let mut tracer = Tracer::new(solver, tracing);
-    let Some(first) = tracer.begin(start) else {
-        return Ok(vec![Branch { points: Vec::new(), end: End::NoStart(start.status), origin: None }]);
-    };
-    let mut branches: Vec<Branch> = Vec::new();
-    let mut crossings: Vec<Crossing> = Vec::new();
-    let mut trail = Trail::from(vec![first.point.clone()]);
-    let end = tracer.follow(&first, &mut trail);
-    collect(&mut branches, &mut crossings, trail, end, None, 0);
-    let mut next = 0;
-    while next < crossings.len() {
-        let Crossing { branch, point, depth, node, directions } = crossings[next].clone();
-        next += 1;
-        if depth >= tracing.depth {
-            continue;
+    /// The same from a given equilibrium of the first command: another one than [`Solver::solve`] finds.
+    ///
+    /// # Errors
+    /// As [`Solver::trace`], and where the equilibrium is one of another robot or of other settings.
+    pub fn trace_from(
+        &mut self,
+        family: &Family,
+        tracing: &Tracing,
+        start: &Equilibrium,
+    ) -> Result<Vec<Branch>, FamilyProblem> {
+        family.check(self)?;
+        if start.robot.serial() != self.robot.serial() || start.settings != self.settings {
+            return Err(FamilyProblem::Start);
         }
-        for (mode, direction) in directions.iter().enumerate() {
-            for along in [true, false] {
-                let Some(leaving) = tracer.switch(&node, direction, along) else { continue };
-                let mut trail = Trail::from(vec![node.point.clone(), leaving.point.clone()]);
-                let end = tracer.follow(&leaving, &mut trail);
-                let origin = Some(Origin { branch, point, mode, along });
-                collect(&mut branches, &mut crossings, trail, end, origin, depth + 1);
+        let mut tracer = Tracer::new(Bordered::new(self, family), tracing);
+        let Some(first) = tracer.begin(start) else {
+            return Ok(vec![Branch { points: Vec::new(), end: End::NoStart(start.status), origin: None }]);
+        };
+        let mut branches: Vec<Branch> = Vec::new();
+        let mut crossings: Vec<Crossing> = Vec::new();
+        let mut trail = Trail::from(vec![first.point.clone()]);
+        let end = tracer.follow(&first, &mut trail);
+        collect(&mut branches, &mut crossings, trail, end, None, 0);
+        let mut next = 0;
+        while next < crossings.len() {
+            let Crossing { branch, point, depth, node, directions } = crossings[next].clone();
+            next += 1;
+            if depth >= tracing.depth {
+                continue;
+            }
+            for (mode, direction) in directions.iter().enumerate() {
+                for along in [true, false] {
+                    let Some(leaving) = tracer.switch(&node, direction, along) else { continue };
+                    let mut trail = Trail::from(vec![node.point.clone(), leaving.point.clone()]);
+                    let end = tracer.follow(&leaving, &mut trail);
+                    let origin = Some(Origin { branch, point, mode, along });
+                    collect(&mut branches, &mut crossings, trail, end, origin, depth + 1);
+                }
             }
         }
+        Ok(branches)
     }
-    Ok(branches)
 }
 
 /// A branch point with the directions that leave there.

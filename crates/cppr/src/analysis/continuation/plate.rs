@@ -4,7 +4,7 @@
 //! the plate, between the tensions of both sides. Where an edge meets a load or another edge, their order changes. Towards
 //! such a place steps shrink geometrically, and the last one leads past it.
 
-use super::bordered::{Node, Place, Stage};
+use super::bordered::{Node, Place, Stage, size_of};
 use super::events::enclose;
 use super::track::{Tracer, beyond};
 use super::{End, PointKind};
@@ -59,7 +59,7 @@ const JUMP: f64 = 1e-2;
 
 impl Tracer<'_> {
     fn stiffens(&self, follower: usize) -> bool {
-        !self.solver.robot.fields[follower + 1].smooth_at_plate()
+        !self.solver.robot.fields()[follower + 1].smooth_at_plate()
     }
 
     /// Everything that may meet, with the length that is left between and its rate along the path.
@@ -169,8 +169,8 @@ impl Tracer<'_> {
         let loads = here.point.equilibrium.command.loads.clone();
         let edges = old.edges.iter().map(|&e| Cut::edge(e, label(e - 1)));
         let cuts = loads.cuts().map(Cut::fixed).chain(edges);
-        let resolution = self.tracing.settings.resolution;
-        let layout = self.solver.workspace.layouts.get(robot.tube_count(), length, resolution, cuts);
+        let resolution = self.solver.settings.resolution;
+        let layout = self.solver.buffers.layouts.get(robot.tube_count(), length, resolution, cuts);
         let place = Place {
             point: carried(&here.place.point, &old, &layout, label),
             fraction: here.place.fraction + approach.distance() * here.slope(),
@@ -195,7 +195,7 @@ impl Tracer<'_> {
         if !found.status.is_equilibrium() || (stage.is(&here.stage) && beyond(fraction).is_none()) {
             return None;
         }
-        let row = self.transferred(here, &stage.layout, self.solver.size_of(&found));
+        let row = self.transferred(here, &stage.layout, size_of(&found));
         let mut node = self.settled(&stage, place, &row)?;
         node.point.kind = PointKind::Edge { tube: follower + 2 };
         let jump = (node.point.tip - here.point.tip).norm();
@@ -205,7 +205,7 @@ impl Tracer<'_> {
     fn solve(&mut self, start: &Equilibrium, fraction: f64) -> Equilibrium {
         let mut found = start.clone();
         let command = self.solver.family.at(fraction);
-        settle(self.solver.robot, self.solver.workspace, &command, &self.tracing.settings, &mut found);
+        settle(self.solver.robot, self.solver.buffers, &command, self.solver.settings, &mut found);
         found
     }
 
@@ -263,7 +263,7 @@ impl Tracer<'_> {
     fn rest_of_force(&mut self, node: &Node, follower: usize, side: Side) -> Option<(f64, Equilibrium)> {
         let (robot, standing) = (self.solver.robot, &node.point.equilibrium);
         let depth = BEHIND[0] * robot.length();
-        excess_at_plate(robot, self.solver.workspace, standing, follower, side, depth)
+        excess_at_plate(robot, self.solver.buffers, standing, follower, side, depth)
     }
 
     /// The first node of a follower that leaves the plate to a side.
@@ -271,7 +271,7 @@ impl Tracer<'_> {
         let (_, mut found) = self.rest_of_force(node, follower, side)?;
         found.drives[follower].push_pull = node.point.equilibrium.command.actuators[follower].push_pull;
         let standing = node.stage.standing & !(1 << follower);
-        let mut row = vec![0.0; self.solver.size_of(&found)];
+        let mut row = vec![0.0; size_of(&found)];
         let last = row.len() - 1;
         row[last] = 1.0;
         let stage = Stage { layout: found.layout, standing };
@@ -292,7 +292,7 @@ impl Tracer<'_> {
         if !found.status.is_equilibrium() || stage.is(&node.stage) {
             return node;
         }
-        let row = self.transferred(&node, &stage.layout, self.solver.size_of(&found));
+        let row = self.transferred(&node, &stage.layout, size_of(&found));
         match self.settled(&stage, place, &row) {
             Some(other) if (other.point.tip - node.point.tip).norm() <= JUMP * self.solver.robot.length() => {
                 other

@@ -1,6 +1,6 @@
 //! Predictor and corrector with step control.
 
-use super::bordered::{Bordered, Node, Place, Stage, weigh};
+use super::bordered::{Bordered, Node, Place, Stage, size_of, weigh};
 use super::events::{Between, SEPARATE, Test};
 use super::plate::Room;
 use super::{End, PathPoint, PointKind, Tracing};
@@ -44,7 +44,7 @@ impl<'a> Tracer<'a> {
             return None;
         }
         let (stage, place) = Self::standing_of(start, 0.0);
-        let mut row = vec![0.0; self.solver.size_of(start)];
+        let mut row = vec![0.0; size_of(start)];
         let last = row.len() - 1;
         row[last] = 1.0;
         self.settled(&stage, place, &row)
@@ -59,7 +59,7 @@ impl<'a> Tracer<'a> {
 
     /// Corrects a place across `row` and makes a node of it.
     pub fn settled(&mut self, stage: &Stage, mut place: Place, row: &[f64]) -> Option<Node> {
-        self.solver.correct(stage, &mut place, row, self.tracing.settings.tolerance)?;
+        self.solver.correct(stage, &mut place, row, self.solver.settings.tolerance)?;
         self.solver.node(stage, &place, row)
     }
 
@@ -67,13 +67,13 @@ impl<'a> Tracer<'a> {
     pub fn at(&mut self, here: &Node, distance: f64) -> Option<Node> {
         let row = weigh(&here.stage, &here.tangent);
         let mut place = self.solver.predicted(&here.stage, &here.place, &here.tangent, distance);
-        self.solver.correct(&here.stage, &mut place, &row, 1e-2 * self.tracing.settings.tolerance)?;
+        self.solver.correct(&here.stage, &mut place, &row, 1e-2 * self.solver.settings.tolerance)?;
         self.solver.node(&here.stage, &place, &row)
     }
 
     /// One step of the given length, or up to the end of the path if that is nearer. The number of corrections with it.
     fn step(&mut self, here: &Node, distance: f64) -> Option<(Node, usize)> {
-        let (stage, tolerance) = (&here.stage, self.tracing.settings.tolerance);
+        let (stage, tolerance) = (&here.stage, self.solver.settings.tolerance);
         let row = weigh(stage, &here.tangent);
         let mut place = self.solver.predicted(stage, &here.place, &here.tangent, distance);
         let mut turns = None;
@@ -102,7 +102,7 @@ impl<'a> Tracer<'a> {
             if let Some(end) = ended(&here) {
                 return end;
             }
-            if self.solver.workspace.is_stopped() {
+            if self.solver.buffers.is_stopped() {
                 return End::Stopped;
             }
             if trail.points.len() >= self.tracing.points {

@@ -11,18 +11,16 @@ mod sense;
 mod shape_match;
 mod uncertainty;
 
-pub use reach::{Accuracy, Conditioning, Reach, Target, TipAxis, reach};
-pub use sense::{Measured, Sensed, sense};
-pub use shape_match::{ShapeMatch, ShapePoint, shape_match};
+pub use reach::{Accuracy, Conditioning, Reach, Target, TipAxis};
+pub use sense::{Measured, Sensed};
+pub use shape_match::{ShapeMatch, ShapePoint};
 pub use uncertainty::{Principal, Uncertainty};
 
 use super::range::{value_of, with_input};
 use super::sensitivity::{Freedom, Input};
 use super::{Bound, SafeRange};
 use crate::design::Robot;
-use crate::solve::{
-    Command, CommandProblem, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from,
-};
+use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Solver, Status};
 use nalgebra::DVector;
 use std::fmt;
 
@@ -56,7 +54,7 @@ pub enum InverseProblem {
     EffortPrescribed(usize),
     /// No stable equilibrium was found under any value that was tried.
     NoEquilibrium,
-    /// [`Workspace::stop_by`].
+    /// [`Solver::stop_by`].
     Stopped,
 }
 
@@ -102,7 +100,7 @@ const HALF_TURN: f64 = std::f64::consts::PI;
 #[must_use]
 pub fn free_within(robot: &Robot, ranges: &[SafeRange]) -> Vec<FreeInput> {
     let middle = 0.5 * robot.length();
-    let offset = |tube: usize| robot.fields_at(tube, middle).centroid_offset;
+    let offset = |tube: usize| robot.fields().get(tube).map_or(0.0, |f| f.values(middle).centroid_offset);
     ranges
         .iter()
         .map(|range| {
@@ -126,19 +124,14 @@ fn commanded(command: &Command, free: &[FreeInput], values: &DVector<f64>) -> Co
 }
 
 /// Checks what every inverse problem with free inputs needs.
-fn check(
-    robot: &Robot,
-    command: &Command,
-    free: &[FreeInput],
-    settings: &Settings,
-) -> Result<(), InverseProblem> {
-    command.check(robot, settings).map_err(InverseProblem::Command)?;
+fn check(solver: &Solver, command: &Command, free: &[FreeInput]) -> Result<(), InverseProblem> {
+    solver.check(command).map_err(InverseProblem::Command)?;
     if free.is_empty() {
         return Err(InverseProblem::NothingFree);
     }
     for own in free {
         let [low, high] = own.bounds;
-        let known = own.input.tube >= 2 && own.input.tube <= robot.tube_count();
+        let known = own.input.tube >= 2 && own.input.tube <= solver.robot.tube_count();
         if !(known && low.is_finite() && high.is_finite() && low < high) {
             return Err(InverseProblem::Bounds(own.input));
         }
@@ -156,30 +149,28 @@ fn columns(inputs: &[Input], free: &[FreeInput]) -> Vec<usize> {
 
 /// What a search works on.
 struct Search<'a> {
-    robot: &'a Robot,
-    workspace: &'a mut Workspace,
+    solver: &'a mut Solver,
     command: &'a Command,
-    settings: &'a Settings,
     free: &'a [FreeInput],
 }
 
 impl Search<'_> {
     /// The stable equilibrium at some values: near another one, or from rest.
     fn at(&mut self, values: &DVector<f64>, near: Option<&Equilibrium>) -> Option<Equilibrium> {
-        if self.workspace.is_stopped() {
+        if self.solver.is_stopped() {
             return None;
         }
         let command = commanded(self.command, self.free, values);
         let found = match near {
-            Some(start) => solve_from(self.robot, self.workspace, &command, self.settings, start),
-            None => solve(self.robot, self.workspace, &command, self.settings),
+            Some(start) => self.solver.solve_from(&command, start),
+            None => self.solver.solve(&command),
         };
         found.ok().filter(|found| found.status == Status::Converged)
     }
 
     /// A stopped search has no answer, whatever it has found.
     fn unless_stopped<T>(&self, best: Option<T>) -> Result<T, InverseProblem> {
-        if self.workspace.is_stopped() {
+        if self.solver.is_stopped() {
             return Err(InverseProblem::Stopped);
         }
         best.ok_or(InverseProblem::NoEquilibrium)

@@ -6,11 +6,10 @@
 
 use super::least_squares::{Evaluated, minimise};
 use super::{FreeInput, InverseProblem, STARTS, Search, check, columns};
-use crate::analysis::sensitivity::{Sensitivity, sensitivity};
-use crate::analysis::shape::tip_pose;
-use crate::design::Robot;
-use crate::solve::{Command, Equilibrium, Settings, Workspace};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use crate::analysis::sensitivity::Sensitivity;
+use crate::kinematics::TipPose;
+use crate::solve::{Command, Equilibrium, Solver};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// What is wanted of the tip, in the base frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -110,60 +109,59 @@ const ARRIVED: f64 = 1e-6;
 /// Singular values below this part of the largest move nothing.
 const IDLE: f64 = 1e-7;
 
-/// Values of the free inputs for a target; all other inputs and the loads are those of `command`.
-///
-/// # Errors
-/// Where nothing can be searched for. That the target is out of reach is no error: see [`Reach::reached`].
-pub fn reach(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    free: &[FreeInput],
-    target: &Target,
-    accuracy: &Accuracy,
-) -> Result<Reach, InverseProblem> {
-    check(robot, command, free, settings)?;
-    let target = Target { position: target.position, direction: target.direction.map(|d| d.normalize()) };
-    if target.position.is_none() && target.direction.is_none() {
-        return Err(InverseProblem::NothingGiven);
-    }
-    for (vector, what) in
-        [(target.position, "the wanted position"), (target.direction, "the wanted direction")]
-    {
-        if vector.is_some_and(|v| !v.iter().all(|c| c.is_finite())) {
-            return Err(InverseProblem::NotFinite(what));
+impl Solver {
+    /// Values of the free inputs for a target; all other inputs and the loads are those of `command`.
+    ///
+    /// # Errors
+    /// Where nothing can be searched for. That the target is out of reach is no error: see [`Reach::reached`].
+    pub fn reach(
+        &mut self,
+        command: &Command,
+        free: &[FreeInput],
+        target: &Target,
+        accuracy: &Accuracy,
+    ) -> Result<Reach, InverseProblem> {
+        check(self, command, free)?;
+        let length = self.robot.length();
+        let target = Target { position: target.position, direction: target.direction.map(|d| d.normalize()) };
+        if target.position.is_none() && target.direction.is_none() {
+            return Err(InverseProblem::NothingGiven);
         }
-    }
-    let mut search = Search { robot, workspace, command, settings, free };
-    let (units, bounds) = (search.units(), search.bounds());
-    let starts = search.scout(STARTS, |search, found| {
-        let pose = tip_pose(search.robot, search.workspace, found);
-        target.residual(&pose, robot.length()).norm()
-    });
-    let mut best: Option<(f64, DVector<f64>, Equilibrium)> = None;
-    for (_, values, found) in starts {
-        let Some(first) = evaluated(&mut search, found, &target) else { continue };
-        let outcome = minimise(values, first, &bounds, &units, |values, near| {
-            let found = search.at(values, Some(near))?;
-            evaluated(&mut search, found, &target)
-        });
-        let left = outcome.best.residual.norm();
-        if best.as_ref().is_none_or(|b| left < b.0) {
-            best = Some((left, outcome.values, outcome.best.state));
+        for (vector, what) in
+            [(target.position, "the wanted position"), (target.direction, "the wanted direction")]
+        {
+            if vector.is_some_and(|v| !v.iter().all(|c| c.is_finite())) {
+                return Err(InverseProblem::NotFinite(what));
+            }
         }
-        if left < ARRIVED * ANGLE {
-            break;
+        let mut search = Search { solver: self, command, free };
+        let (units, bounds) = (search.units(), search.bounds());
+        let starts =
+            search.scout(STARTS, |search, found| target.residual(&search.solver.tip(found), length).norm());
+        let mut best: Option<(f64, DVector<f64>, Equilibrium)> = None;
+        for (_, values, found) in starts {
+            let Some(first) = evaluated(&mut search, found, &target) else { continue };
+            let outcome = minimise(values, first, &bounds, &units, |values, near| {
+                let found = search.at(values, Some(near))?;
+                evaluated(&mut search, found, &target)
+            });
+            let left = outcome.best.residual.norm();
+            if best.as_ref().is_none_or(|b| left < b.0) {
+                best = Some((left, outcome.values, outcome.best.state));
+            }
+            if left < ARRIVED * ANGLE {
+                break;
+            }
         }
+        let (_, values, equilibrium) = search.unless_stopped(best)?;
+        Ok(conclude(&mut search, &target, accuracy, &values, equilibrium))
     }
-    let (_, values, equilibrium) = search.unless_stopped(best)?;
-    Ok(conclude(&mut search, &target, accuracy, &values, equilibrium))
 }
 
 impl Target {
-    fn residual(&self, (rotation, position): &(Matrix3<f64>, Vector3<f64>), length: f64) -> DVector<f64> {
-        let shift = self.position.map(|wanted| (position - wanted) / length);
-        let turn = self.direction.map(|wanted| (rotation.column(0) - wanted) * ANGLE);
+    fn residual(&self, tip: &TipPose, length: f64) -> DVector<f64> {
+        let shift = self.position.map(|wanted| (tip.centre - wanted) / length);
+        let turn = self.direction.map(|wanted| (tip.tangent() - wanted) * ANGLE);
         DVector::from_iterator(
             3 * (usize::from(shift.is_some()) + usize::from(turn.is_some())),
             shift.into_iter().chain(turn).flat_map(|v| [v.x, v.y, v.z]),
@@ -172,12 +170,12 @@ impl Target {
 }
 
 fn evaluated(search: &mut Search, found: Equilibrium, target: &Target) -> Option<Evaluated<Equilibrium>> {
-    let length = search.robot.length();
-    let exact = sensitivity(search.robot, search.workspace, &found)?;
-    let pose = tip_pose(search.robot, search.workspace, &found);
+    let length = search.solver.robot.length();
+    let exact = search.solver.sensitivity(&found).ok()?;
+    let tip = search.solver.tip(&found);
     let own = exact.tip_jacobian.select_columns(&columns(&exact.inputs, search.free));
-    let tangent = pose.0.column(0).into_owned();
-    let residual = target.residual(&pose, length);
+    let tangent = tip.tangent();
+    let residual = target.residual(&tip, length);
     let mut jacobian = DMatrix::zeros(residual.len(), own.ncols());
     for (c, column) in own.column_iter().enumerate() {
         let shift = column.fixed_rows::<3>(0) / length;
@@ -197,17 +195,16 @@ fn conclude(
     values: &DVector<f64>,
     equilibrium: Equilibrium,
 ) -> Reach {
-    let length = search.robot.length();
-    let (rotation, position) = tip_pose(search.robot, search.workspace, &equilibrium);
-    let direction = rotation.column(0).into_owned();
+    let length = search.solver.robot.length();
+    let tip = search.solver.tip(&equilibrium);
+    let (position, direction) = (tip.centre, tip.tangent());
     let distance = target.position.map(|wanted| (position - wanted).norm());
     let angle = target.direction.map(|wanted| direction.cross(&wanted).norm().atan2(direction.dot(&wanted)));
-    let depends_on_path = search.at(values, None).is_none_or(|other| {
-        let (_, tip) = tip_pose(search.robot, search.workspace, &other);
-        (tip - position).norm() > ARRIVED * length
-    });
-    let conditioning = sensitivity(search.robot, search.workspace, &equilibrium)
-        .map(|exact| Conditioning::new(&exact, search.free, accuracy));
+    let depends_on_path = search
+        .at(values, None)
+        .is_none_or(|other| (search.solver.tip(&other).centre - position).norm() > ARRIVED * length);
+    let exact = search.solver.sensitivity(&equilibrium).ok();
+    let conditioning = exact.map(|exact| Conditioning::new(&exact, search.free, accuracy));
     let near = |i: usize, end: usize| {
         let [low, high] = search.free[i].bounds;
         (values[i] - search.free[i].bounds[end]).abs() <= ARRIVED * (high - low)

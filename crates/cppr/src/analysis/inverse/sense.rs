@@ -6,10 +6,9 @@
 use super::InverseProblem;
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use crate::analysis::sensitivity::{Freedom, sensitivity};
-use crate::analysis::shape::tip_pose;
+use crate::analysis::sensitivity::Freedom;
 use crate::design::Robot;
-use crate::solve::{Command, Drive, Equilibrium, Settings, Status, Workspace, solve, solve_from};
+use crate::solve::{Command, Drive, Equilibrium, Solver, Status};
 use crate::statics::Wrench;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -43,46 +42,48 @@ pub struct Sensed {
 /// Units of the search against the force that bends the robot by 1 rad: known to no better than that is not known.
 const RANGE: f64 = 10.0;
 
-/// Finds a force on the tip, with `with_moment` a whole wrench.
-///
-/// # Errors
-/// Where the measurements cannot be used, or no stable equilibrium explains them.
-pub fn sense(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    measured: &[Measured],
-    with_moment: bool,
-) -> Result<Sensed, InverseProblem> {
-    command.check(robot, settings).map_err(InverseProblem::Command)?;
-    let unknowns = if with_moment { 6 } else { 3 };
-    check(robot, command, measured)?;
-    let length = robot.length();
-    let stiffness: f64 = (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
-    let force = RANGE * stiffness / (length * length);
-    let units: Vec<f64> = (0..unknowns).map(|i| if i < 3 { force } else { force * length }).collect();
-    let bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; unknowns];
-    let zero = DVector::zeros(unknowns);
-    let free = solve(robot, workspace, command, settings).map_err(InverseProblem::Command)?;
-    let first = stable(free)
-        .and_then(|found| evaluated(robot, workspace, found, measured, unknowns))
-        .ok_or(InverseProblem::NoEquilibrium)?;
-    let outcome = minimise(zero, first, &bounds, &units, |wrench, near| {
-        let mut loaded = command.clone();
-        loaded.loads.wrenches.push(wrench_of(wrench));
-        let found = solve_from(robot, workspace, &loaded, settings, near).ok().and_then(stable)?;
-        evaluated(robot, workspace, found, measured, unknowns)
-    });
-    let wrench = wrench_of(&outcome.values);
-    let Evaluated { residual, jacobian, .. } = &outcome.best;
-    Ok(Sensed {
-        force: wrench.force,
-        moment: wrench.moment,
-        uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
-        misses: misses(measured, residual),
-        equilibrium: outcome.best.state,
-    })
+impl Solver {
+    /// Finds a force on the tip, with `with_moment` a whole wrench.
+    ///
+    /// # Errors
+    /// Where the measurements cannot be used, or no stable equilibrium explains them.
+    pub fn sense(
+        &mut self,
+        command: &Command,
+        measured: &[Measured],
+        with_moment: bool,
+    ) -> Result<Sensed, InverseProblem> {
+        self.check(command).map_err(InverseProblem::Command)?;
+        let unknowns = if with_moment { 6 } else { 3 };
+        check(&self.robot, command, measured)?;
+        let robot = &self.robot;
+        let length = robot.length();
+        let stiffness: f64 =
+            (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
+        let force = RANGE * stiffness / (length * length);
+        let units: Vec<f64> = (0..unknowns).map(|i| if i < 3 { force } else { force * length }).collect();
+        let bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; unknowns];
+        let zero = DVector::zeros(unknowns);
+        let free = self.solve(command).map_err(InverseProblem::Command)?;
+        let first = stable(free)
+            .and_then(|found| evaluated(self, found, measured, unknowns))
+            .ok_or(InverseProblem::NoEquilibrium)?;
+        let outcome = minimise(zero, first, &bounds, &units, |wrench, near| {
+            let mut loaded = command.clone();
+            loaded.loads.wrenches.push(wrench_of(wrench));
+            let found = self.solve_from(&loaded, near).ok().and_then(stable)?;
+            evaluated(self, found, measured, unknowns)
+        });
+        let wrench = wrench_of(&outcome.values);
+        let Evaluated { residual, jacobian, .. } = &outcome.best;
+        Ok(Sensed {
+            force: wrench.force,
+            moment: wrench.moment,
+            uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
+            misses: misses(measured, residual),
+            equilibrium: outcome.best.state,
+        })
+    }
 }
 
 /// Sizes of the residuals that belong to each measurement.
@@ -142,15 +143,14 @@ fn check(robot: &Robot, command: &Command, measured: &[Measured]) -> Result<(), 
 }
 
 fn evaluated(
-    robot: &Robot,
-    workspace: &mut Workspace,
+    solver: &mut Solver,
     found: Equilibrium,
     measured: &[Measured],
     unknowns: usize,
 ) -> Option<Evaluated<Equilibrium>> {
-    let exact = sensitivity(robot, workspace, &found)?;
-    let (rotation, position) = tip_pose(robot, workspace, &found);
-    let tangent = rotation.column(0).into_owned();
+    let exact = solver.sensitivity(&found).ok()?;
+    let tip = solver.tip(&found);
+    let (position, tangent) = (tip.centre, tip.tangent());
     let (mut residual, mut rows) = (Vec::new(), Vec::new());
     let mut add = |difference: f64, row: Vec<f64>, deviation: f64| {
         residual.push(difference / deviation);

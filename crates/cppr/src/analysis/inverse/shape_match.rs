@@ -6,10 +6,7 @@
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
 use super::{FreeInput, InverseProblem, STARTS, Search, check, columns, inputs_of};
-use crate::analysis::sensitivity::outputs_by_inputs;
-use crate::analysis::shape::Shape;
-use crate::design::Robot;
-use crate::solve::{Command, Equilibrium, Settings, Workspace};
+use crate::solve::{Command, Equilibrium, Solver};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// A point on the centreline.
@@ -43,69 +40,76 @@ pub struct ShapeMatch {
 /// Sections among which the nearest place is looked for, less one.
 const SPACES: u32 = 100;
 
-/// Values of the free inputs for which the centreline is nearest to the points; all other inputs and the loads are those
-/// of `command`.
-///
-/// # Errors
-/// Where nothing can be searched for.
-pub fn shape_match(
-    robot: &Robot,
-    workspace: &mut Workspace,
-    command: &Command,
-    settings: &Settings,
-    free: &[FreeInput],
-    points: &[ShapePoint],
-) -> Result<ShapeMatch, InverseProblem> {
-    check(robot, command, free, settings)?;
-    if points.is_empty() {
-        return Err(InverseProblem::NothingGiven);
-    }
-    for point in points {
-        let finite = point.position.iter().all(|c| c.is_finite());
-        if !(finite && point.deviation.is_finite() && point.deviation > 0.0) {
-            return Err(InverseProblem::NotFinite("a point"));
+impl Solver {
+    /// Values of the free inputs for which the centreline is nearest to the points; all other inputs and the loads are those
+    /// of `command`.
+    ///
+    /// # Errors
+    /// Where nothing can be searched for.
+    pub fn shape_match(
+        &mut self,
+        command: &Command,
+        free: &[FreeInput],
+        points: &[ShapePoint],
+    ) -> Result<ShapeMatch, InverseProblem> {
+        check(self, command, free)?;
+        if points.is_empty() {
+            return Err(InverseProblem::NothingGiven);
         }
-        if let Some(label) = point.label.filter(|x| !(0.0..=robot.length() * (1.0 + 1e-9)).contains(x)) {
-            return Err(InverseProblem::Label(label));
+        for point in points {
+            let finite = point.position.iter().all(|c| c.is_finite());
+            if !(finite && point.deviation.is_finite() && point.deviation > 0.0) {
+                return Err(InverseProblem::NotFinite("a point"));
+            }
+            if let Some(label) =
+                point.label.filter(|x| !(0.0..=self.robot.length() * (1.0 + 1e-9)).contains(x))
+            {
+                return Err(InverseProblem::Label(label));
+            }
         }
-    }
-    // A point without label says nothing along the line.
-    let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
-    if numbers < free.len() {
-        return Err(InverseProblem::TooFew(numbers, free.len()));
-    }
-    let mut search = Search { robot, workspace, command, settings, free };
-    let (units, bounds) = (search.units(), search.bounds());
-    let starts = search.scout(STARTS, |search, found| places(search, points, found).residual(points).norm());
-    let mut best: Option<(f64, DVector<f64>, Evaluated<Equilibrium>)> = None;
-    for (_, values, found) in starts {
-        let Some(first) = evaluated(&mut search, found, points) else { continue };
-        let outcome = minimise(values, first, &bounds, &units, |values, near| {
-            let found = search.at(values, Some(near))?;
-            evaluated(&mut search, found, points)
-        });
-        let left = outcome.best.residual.norm();
-        if best.as_ref().is_none_or(|b| left < b.0) {
-            best = Some((left, outcome.values, outcome.best));
+        // A point without label says nothing along the line.
+        let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
+        if numbers < free.len() {
+            return Err(InverseProblem::TooFew(numbers, free.len()));
         }
-    }
-    let (_, values, best) = search.unless_stopped(best)?;
-    let at_end = places(&mut search, points, &best.state);
-    let distances: Vec<f64> =
-        at_end.offsets.iter().zip(&at_end.across).map(|(offset, across)| (across * offset).norm()).collect();
-    let uncertainty = Uncertainty::new(&best.residual, &best.jacobian, numbers, &units);
-    Ok(ShapeMatch {
-        at_bound: bounds
+        let mut search = Search { solver: self, command, free };
+        let (units, bounds) = (search.units(), search.bounds());
+        let starts =
+            search.scout(STARTS, |search, found| places(search, points, found).residual(points).norm());
+        let mut best: Option<(f64, DVector<f64>, Evaluated<Equilibrium>)> = None;
+        for (_, values, found) in starts {
+            let Some(first) = evaluated(&mut search, found, points) else { continue };
+            let outcome = minimise(values, first, &bounds, &units, |values, near| {
+                let found = search.at(values, Some(near))?;
+                evaluated(&mut search, found, points)
+            });
+            let left = outcome.best.residual.norm();
+            if best.as_ref().is_none_or(|b| left < b.0) {
+                best = Some((left, outcome.values, outcome.best));
+            }
+        }
+        let (_, values, best) = search.unless_stopped(best)?;
+        let at_end = places(&mut search, points, &best.state);
+        let distances: Vec<f64> = at_end
+            .offsets
             .iter()
-            .zip(values.iter())
-            .map(|([low, high], v)| (v - low).min(high - v) <= 1e-6 * (high - low))
-            .collect(),
-        values: values.as_slice().to_vec(),
-        uncertainty,
-        equilibrium: best.state,
-        rms: (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt(),
-        distances,
-    })
+            .zip(&at_end.across)
+            .map(|(offset, across)| (across * offset).norm())
+            .collect();
+        let uncertainty = Uncertainty::new(&best.residual, &best.jacobian, numbers, &units);
+        Ok(ShapeMatch {
+            at_bound: bounds
+                .iter()
+                .zip(values.iter())
+                .map(|([low, high], v)| (v - low).min(high - v) <= 1e-6 * (high - low))
+                .collect(),
+            values: values.as_slice().to_vec(),
+            uncertainty,
+            equilibrium: best.state,
+            rms: (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt(),
+            distances,
+        })
+    }
 }
 
 /// Where the points lie against the centreline.
@@ -130,21 +134,21 @@ impl Places {
 }
 
 fn places(search: &mut Search, points: &[ShapePoint], found: &Equilibrium) -> Places {
-    let length = search.robot.length();
-    let (robot, workspace) = (search.robot, &mut *search.workspace);
+    let solver = &mut *search.solver;
+    let length = solver.robot.length();
     let known = points.iter().all(|p| p.label.is_some());
     let line: Vec<(f64, Vector3<f64>)> = if known {
         Vec::new()
     } else {
         let samples: Vec<f64> = (0..=SPACES).map(|i| length * f64::from(i) / f64::from(SPACES)).collect();
-        let shape = Shape::at(robot, workspace, found, &samples);
+        let shape = solver.shape_at(found, &samples);
         shape.sections.iter().map(|s| (s.label, s.centre)).collect()
     };
     let labels: Vec<f64> = points
         .iter()
         .map(|p| p.label.map_or_else(|| nearest(&line, &p.position), |x| x.min(length)))
         .collect();
-    let shape = Shape::at(robot, workspace, found, &labels);
+    let shape = solver.shape_at(found, &labels);
     let offsets = shape.sections.iter().zip(points).map(|(s, p)| s.centre - p.position).collect();
     let across = shape.sections.iter().zip(points).map(|(section, point)| {
         let tangent = section.rotation.column(0);
@@ -180,11 +184,11 @@ fn evaluated(
     points: &[ShapePoint],
 ) -> Option<Evaluated<Equilibrium>> {
     let here = places(search, points, &found);
-    let centres = |robot: &Robot, workspace: &mut Workspace, moved: &Equilibrium| -> Vec<f64> {
-        let shape = Shape::at(robot, workspace, moved, &here.labels);
+    let centres = |solver: &mut Solver, moved: &Equilibrium| -> Vec<f64> {
+        let shape = solver.shape_at(moved, &here.labels);
         shape.sections.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z]).collect()
     };
-    let slopes = outputs_by_inputs(search.robot, search.workspace, &found, centres)?;
+    let slopes = search.solver.outputs_by_inputs(&found, centres).ok()?;
     let own = slopes.select_columns(&columns(&inputs_of(&found.command), search.free));
     let mut jacobian = DMatrix::zeros(3 * points.len(), own.ncols());
     for (i, (across, point)) in here.across.iter().zip(points).enumerate() {

@@ -1,15 +1,12 @@
 //! What is derived of equilibria that were solved side by side: of all of them at once, when the first is asked for. The
 //! margin to instability (1 at rest, 0 where it snaps) is that of `reduced`, the use of strain and closure that of `limits`.
 
-use super::limits::{Teeth, Utilisation, greatest};
-use super::reduced::Reduced;
-use crate::design::Robot;
-use crate::real::{Pack, Real};
+use super::batch::{Lanes, WIDTH};
+use crate::analysis::limits::{Teeth, Utilisation, greatest};
+use crate::real::Real;
 use crate::solve::Equilibrium;
-use crate::solve::batch::WIDTH;
-use crate::solve::system::{Point, Workspace};
-
-type Lanes = Pack;
+use crate::solve::reduced::Reduced;
+use crate::solve::system::{Buffers, Point};
 
 /// What has been derived already.
 #[derive(Clone, Debug, Default)]
@@ -32,16 +29,16 @@ impl Derived {
 #[derive(Debug)]
 pub(crate) struct Beside<'a> {
     pub lane: usize,
-    pub workspace: &'a mut Workspace<Lanes>,
+    pub buffers: &'a mut Buffers<Lanes>,
     pub point: &'a Point<Lanes>,
     pub derived: &'a mut Derived,
 }
 
 impl Beside<'_> {
-    /// As [`super::stability::margin`]; none where the lane has to be looked at alone.
-    pub fn margin(&mut self, robot: &Robot, equilibrium: &Equilibrium) -> Option<f64> {
+    /// As [`crate::solve::Solver::margin`]; none where the lane has to be looked at alone.
+    pub fn margin(&mut self, equilibrium: &Equilibrium) -> Option<f64> {
         let (margin, fit) = *self.derived.margin.get_or_insert_with(|| {
-            let reduced = Reduced::new(self.workspace, &equilibrium.system(robot));
+            let reduced = Reduced::new(self.buffers, &equilibrium.system());
             // Without free motions there is no margin.
             let fit = if reduced.free > 0 { reduced.fit } else { 0 };
             (reduced.lowest(), fit)
@@ -49,12 +46,12 @@ impl Beside<'_> {
         (fit >> self.lane & 1 == 1).then(|| margin.lane(self.lane))
     }
 
-    /// As [`super::limits::utilisation`].
-    pub fn utilisation(&mut self, robot: &Robot, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
+    /// As [`crate::solve::Solver::utilisation`].
+    pub fn utilisation(&mut self, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
         let known = self.derived.greatest.filter(|(own, _)| *own == teeth);
         let (_, found) = known.unwrap_or_else(|| {
-            let (layout, coordinates) = (&equilibrium.layout, &self.point.coordinates);
-            (teeth, greatest(robot, self.workspace, layout, coordinates, teeth))
+            let Equilibrium { robot, layout, .. } = equilibrium;
+            (teeth, greatest(robot, self.buffers, layout, &self.point.coordinates, teeth))
         });
         self.derived.greatest = Some((teeth, found));
         Utilisation::of(&found, self.lane)

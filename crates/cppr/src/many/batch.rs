@@ -5,24 +5,25 @@
 //! need more than full steps, or that is not clearly stable, is solved once more alone, so that a result does not depend
 //! on its neighbours.
 
-use super::command::{Command, CommandProblem, Drive, Formulation, Settings};
-use super::edges::{carried, edge_estimate, has_edge};
-use super::newton::{LONGEST, MOST_REUSES, NEAREST};
-use super::path::{hold_locked, solve_into};
-use super::system::{Point, System, Workspace, add_step};
-use super::{Actuator, Equilibrium, Statistics, Status};
-use crate::analysis::beside::{Beside, Derived};
-use crate::analysis::shape::tip_pose;
+use super::beside::{Beside, Derived};
 use crate::design::Robot;
+use crate::kinematics::TipPose;
 use crate::kinematics::layout::{Cut, Layout};
 use crate::real::{Each, Pack, Real, every};
+use crate::solve::edges::{carried, edge_estimate, has_edge};
+use crate::solve::newton::{LONGEST, MOST_REUSES, NEAREST};
+use crate::solve::path::hold_locked;
+use crate::solve::system::{Buffers, Point, System, add_step};
+use crate::solve::{
+    Actuator, Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver, Statistics, Status,
+};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
 /// How many commands are solved side by side.
 pub const WIDTH: usize = Lanes::LANES;
 
-type Lanes = Pack;
+pub(super) type Lanes = Pack;
 
 /// Full Newton steps of one group; a lane that needs more is solved alone.
 const MOST_STEPS: usize = 12;
@@ -30,13 +31,17 @@ const MOST_STEPS: usize = 12;
 /// Fewer commands than this are solved faster one by one.
 pub(super) const LEAST: usize = 3;
 
-/// Pose of a tip: rotation of the leader's last section and centre (m), base frame.
-pub type Tip = (Matrix3<f64>, Vector3<f64>);
-
-/// Every buffer that solving batches needs. Reuse it.
-#[derive(Clone, Debug, Default)]
+/// A solver of many commands at a time, with every buffer that this takes.
+#[derive(Clone, Debug)]
 pub struct Batch {
-    lanes: Workspace<Lanes>,
+    pub(super) solver: Solver,
+    side: SideBySide,
+}
+
+/// What solving side by side takes.
+#[derive(Clone, Debug, Default)]
+struct SideBySide {
+    lanes: Buffers<Lanes>,
     point: Point<Lanes>,
     trial: Point<Lanes>,
     step: Vec<Lanes>,
@@ -47,83 +52,80 @@ pub struct Batch {
     /// Marks of the equilibria that `lanes` evaluated last.
     marks: [u64; WIDTH],
     derived: Derived,
-    pub(super) single: Workspace,
 }
 
 impl Batch {
-    /// Empty buffers.
+    /// Solves what a solver solves.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub fn new(solver: Solver) -> Self {
+        Self { solver, side: SideBySide::default() }
     }
-}
 
-/// Solves for the equilibria under many commands, each starting at the equilibrium that stands in its place: at rest, or
-/// at a neighbour. Gives the poses of the tips in their order, or why a command cannot be asked: its equilibrium is then left
-/// as it was. What a tip without equilibrium holds means nothing.
-///
-/// Neighbours in the list are solved side by side, as far as they ask for the same kinds of drives and loads. Where one
-/// list is longer than the other, its rest is left as it is.
-pub fn solve_batch(
-    robot: &Robot,
-    batch: &mut Batch,
-    commands: &[Command],
-    settings: &Settings,
-    equilibria: &mut [Equilibrium],
-    tips: &mut Vec<Result<Tip, CommandProblem>>,
-) {
-    tips.clear();
-    let count = commands.len().min(equilibria.len());
-    let (commands, equilibria) = (&commands[..count], &mut equilibria[..count]);
-    for (commands, equilibria) in commands.chunks(WIDTH).zip(equilibria.chunks_mut(WIDTH)) {
-        let first = tips.len();
-        let unknown = (Matrix3::zeros(), Vector3::zeros());
-        tips.extend(commands.iter().map(|command| command.check(robot, settings).map(|()| unknown)));
-        let tips = &mut tips[first..];
-        let asked = tips.iter().enumerate().fold(0, |asked, (i, tip)| asked | u64::from(tip.is_ok()) << i);
-        batch.lay_out(robot, commands, settings, equilibria, asked);
-        let (mut left, mut alone) = (asked, 0);
-        while left != 0 {
-            let alike = batch.alike(commands, left);
-            left &= !alike;
-            alone |= alike;
-            if alike.count_ones() as usize >= LEAST {
-                alone &= !batch.group(robot, commands, settings, equilibria, alike, tips);
+    /// The solver of single commands, to change what is solved or to derive more of an equilibrium.
+    pub fn solver(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+
+    /// Solves for the equilibria under many commands, each starting at the equilibrium that stands in its place: at rest, or
+    /// at a neighbour. Gives the poses of the tips in their order, or why a command cannot be asked: its equilibrium is then left
+    /// as it was. What a tip without equilibrium holds means nothing.
+    ///
+    /// Neighbours in the list are solved side by side, as far as they ask for the same kinds of drives and loads. Where one
+    /// list is longer than the other, its rest is left as it is.
+    pub fn solve(
+        &mut self,
+        commands: &[Command],
+        equilibria: &mut [Equilibrium],
+        tips: &mut Vec<Result<TipPose, CommandProblem>>,
+    ) {
+        let Self { solver, side } = self;
+        tips.clear();
+        let count = commands.len().min(equilibria.len());
+        let (commands, equilibria) = (&commands[..count], &mut equilibria[..count]);
+        for (commands, equilibria) in commands.chunks(WIDTH).zip(equilibria.chunks_mut(WIDTH)) {
+            let first = tips.len();
+            let unknown = TipPose { rotation: Matrix3::zeros(), centre: Vector3::zeros() };
+            tips.extend(commands.iter().map(|command| solver.check(command).map(|()| unknown)));
+            let tips = &mut tips[first..];
+            let asked =
+                tips.iter().enumerate().fold(0, |asked, (i, tip)| asked | u64::from(tip.is_ok()) << i);
+            side.lay_out(solver, commands, equilibria, asked);
+            let (mut left, mut alone) = (asked, 0);
+            while left != 0 {
+                let alike = side.alike(commands, left);
+                left &= !alike;
+                alone |= alike;
+                if alike.count_ones() as usize >= LEAST {
+                    alone &= !side.group(solver, commands, equilibria, alike, tips);
+                }
+            }
+            for (i, (command, equilibrium)) in commands.iter().zip(equilibria).enumerate() {
+                if alone >> i & 1 == 1 {
+                    tips[i] = solver.solve_into(command, equilibrium).map(|()| solver.tip(equilibrium));
+                }
             }
         }
-        for (i, (command, equilibrium)) in commands.iter().zip(equilibria).enumerate() {
-            if alone >> i & 1 == 1 {
-                tips[i] = solve_into(robot, &mut batch.single, command, settings, equilibrium)
-                    .map(|()| tip_pose(robot, &mut batch.single, equilibrium));
-            }
-        }
     }
-}
 
-impl Batch {
-    /// Buffers for what is derived of an equilibrium solved last: alone and, where it was, beside others.
-    pub(super) fn beside(&mut self, mark: u64) -> (&mut Workspace, Option<Beside<'_>>) {
-        let Self { lanes, point, marks, derived, single, .. } = self;
+    /// What derives more of an equilibrium solved last: alone and, where it was, beside others.
+    pub(super) fn beside(&mut self, mark: u64) -> (&mut Solver, Option<Beside<'_>>) {
+        let SideBySide { lanes, point, marks, derived, .. } = &mut self.side;
         if derived.marks != *marks {
             *derived = Derived::of(*marks);
         }
         let lane = marks.iter().position(|own| *own == mark && mark != 0);
-        (single, lane.map(|lane| Beside { lane, workspace: lanes, point, derived }))
+        (&mut self.solver, lane.map(|lane| Beside { lane, buffers: lanes, point, derived }))
     }
+}
 
+impl SideBySide {
     /// Finds the layouts and drives of those commands that can be solved side by side with others.
-    fn lay_out(
-        &mut self,
-        robot: &Robot,
-        commands: &[Command],
-        settings: &Settings,
-        equilibria: &[Equilibrium],
-        asked: u64,
-    ) {
+    fn lay_out(&mut self, solver: &mut Solver, commands: &[Command], equilibria: &[Equilibrium], asked: u64) {
         self.layouts = Default::default();
+        let Solver { robot, settings, buffers } = solver;
         for (i, (command, start)) in commands.iter().zip(equilibria).enumerate() {
-            if asked >> i & 1 == 0 || !start.status.is_equilibrium() || !goes_side_by_side(command, settings)
-            {
+            let fits = start.robot.tube_count() == robot.tube_count() && start.status.is_equilibrium();
+            if asked >> i & 1 == 0 || !fits || !goes_side_by_side(command, settings) {
                 continue;
             }
             self.drives[i].clone_from(&command.actuators);
@@ -137,9 +139,8 @@ impl Batch {
                 }
             }
             let cuts = self.cuts.iter().copied();
-            let layouts = &mut self.single.layouts;
             self.layouts[i] =
-                Some(layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts));
+                Some(buffers.layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts));
         }
     }
 
@@ -162,13 +163,13 @@ impl Batch {
     /// as they were.
     fn group(
         &mut self,
-        robot: &Robot,
+        solver: &Solver,
         commands: &[Command],
-        settings: &Settings,
         equilibria: &mut [Equilibrium],
         members: u64,
-        tips: &mut [Result<Tip, CommandProblem>],
+        tips: &mut [Result<TipPose, CommandProblem>],
     ) -> u64 {
+        let Solver { robot, settings, .. } = solver;
         // Lanes beyond the last member repeat it.
         let mut of = [0; WIDTH];
         let mut count = 0;
@@ -177,18 +178,17 @@ impl Batch {
             count += 1;
         }
         let Some(layout) = self.layouts[of[0]].take() else { return 0 };
-        let held = self.lanes.assembly.robot() == robot.serial;
-        let known = held
-            && self.marks.iter().zip(of).all(|(&mark, i)| {
-                let (start, command) = (&equilibria[i], &commands[i]);
-                mark != 0
-                    && mark == start.mark
-                    && start.settings == *settings
-                    && start.command.knob == command.knob
-                    && start.command.loads == command.loads
-                    && Arc::ptr_eq(&start.layout, &layout)
-                    && start.drives.iter().zip(&self.drives[i]).all(|(old, new)| old.is_held_like(new))
-            });
+        let known = self.marks.iter().zip(of).all(|(&mark, i)| {
+            let (start, command) = (&equilibria[i], &commands[i]);
+            mark != 0
+                && mark == start.mark
+                && start.robot.serial() == robot.serial()
+                && start.settings == *settings
+                && start.command.knob == command.knob
+                && start.command.loads == command.loads
+                && Arc::ptr_eq(&start.layout, &layout)
+                && start.drives.iter().zip(&self.drives[i]).all(|(old, new)| old.is_held_like(new))
+        });
         self.begin(robot, commands, equilibria, &layout, of, known);
         let drives = std::mem::take(&mut self.drives);
         let system = System {
@@ -206,7 +206,6 @@ impl Batch {
         if solved != 0 {
             self.lanes.pose(robot, &layout);
         }
-        let tip = self.lanes.poses.rotation.len().saturating_sub(1);
         let mut done = 0;
         for (lane, &i) in of[..count].iter().enumerate() {
             if solved >> lane & 1 == 0 {
@@ -219,10 +218,9 @@ impl Batch {
             equilibrium.drives.clone_from(&drives[i]);
             equilibrium.command.copy(&commands[i]);
             equilibrium.settings = *settings;
+            equilibrium.belong_to(robot);
             equilibrium.statistics = Statistics { iterations: steps[lane], evaluations, load_steps: 0 };
-            let poses = &self.lanes.poses;
-            tips[i] =
-                Ok((poses.rotation[tip].map(|r| r.lane(lane)), poses.centre[tip].map(|c| c.lane(lane))));
+            tips[i] = Ok(self.lanes.poses.tip_of(lane));
             done |= 1 << i;
         }
         self.drives = drives;

@@ -9,7 +9,7 @@
 use crate::dense::{axpy, dot};
 use crate::kinematics::follower::local;
 use crate::real::{Real, every};
-use crate::solve::system::{Scale, System, Workspace};
+use crate::solve::system::{Buffers, Scale, System};
 
 /// A condition whose scaled row is less long than this on what the others leave free binds nothing: a locked angle.
 const BINDS: f64 = 1e-13;
@@ -31,17 +31,17 @@ pub(crate) struct Reduced<S> {
 
 impl<S: Real> Reduced<S> {
     /// From the tangent evaluated last. Loads that have no potential enter with the symmetric part.
-    pub fn new(workspace: &mut Workspace<S>, system: &System) -> Self {
-        workspace.compose_matrix(system);
-        let workspace = &*workspace;
+    pub fn new(buffers: &mut Buffers<S>, system: &System) -> Self {
+        buffers.compose_matrix(system);
+        let buffers = &*buffers;
         let n_u = system.layout.unknowns();
-        let n = workspace.residual.len();
-        let entry = |i: usize, j: usize| workspace.matrix[i * n + j];
+        let n = buffers.residual.len();
+        let entry = |i: usize, j: usize| buffers.matrix[i * n + j];
         let mut tangent = Vec::with_capacity(n_u * n_u);
         for i in 0..n_u {
             tangent.extend((0..n_u).map(|j| (entry(i, j) + entry(j, i)) * 0.5));
         }
-        let mut elastic = elastic_stiffness(workspace, system);
+        let mut elastic = elastic_stiffness(buffers, system);
         let mut reflections: Vec<Vec<S>> = Vec::new();
         let mut fit = every::<S>();
         for condition in n_u..n {
@@ -83,7 +83,7 @@ impl<S: Real> Reduced<S> {
                 }
             }
         }
-        Self { units: workspace.units.clone(), reflections, lower, tangent, free, fit }
+        Self { units: buffers.units.clone(), reflections, lower, tangent, free, fit }
     }
 
     /// The lowest eigenvalue of the tangent in every lane.
@@ -214,9 +214,9 @@ fn lowest_of_tridiagonal<S: Real>(diagonal: &[S], squares: &[S]) -> S {
 }
 
 /// Σ ℓ w Zᵀ B Z with the strains of the straight bundle and the stiffnesses that face each other now.
-fn elastic_stiffness<S: Real>(workspace: &Workspace<S>, system: &System) -> Vec<S> {
+fn elastic_stiffness<S: Real>(buffers: &Buffers<S>, system: &System) -> Vec<S> {
     let System { robot, layout, .. } = *system;
-    let Workspace { state, assembly, units, .. } = workspace;
+    let Buffers { state, assembly, units, .. } = buffers;
     let inverse = 1.0 / Scale::of(robot).energy;
     let (n_u, followers) = (layout.unknowns(), layout.tubes - 1);
     let mut stiffness = vec![S::zero(); n_u * n_u];
