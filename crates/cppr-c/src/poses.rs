@@ -1,0 +1,101 @@
+//! Many poses: what varies put into commands, what is wanted read into rows.
+
+use crate::asked::{Asked, place, put};
+use crate::names::{cppr_input, cppr_value};
+use crate::session::Model;
+use crate::values::{Reader, size};
+use cppr::analysis::Sensitivity;
+use cppr::many::{Solved, Start};
+use cppr::solve::{Command, CommandProblem, Solver};
+use cppr_sweep::Poses;
+use std::ops::ControlFlow;
+
+/// What varies from pose to pose.
+pub(crate) struct Varied<'a> {
+    /// Input and place of each column.
+    columns: Vec<(cppr_input, usize)>,
+    /// One row per pose.
+    values: &'a [f64],
+}
+
+impl<'a> Varied<'a> {
+    /// `inputs` are the columns of `values`, each of a tube.
+    pub fn new(model: &Model, inputs: &[(cppr_input, u32)], values: &'a [f64]) -> Result<Self, String> {
+        let mut columns: Vec<(cppr_input, usize)> = Vec::with_capacity(inputs.len());
+        for (number, &(input, tube)) in inputs.iter().enumerate() {
+            let own = place(model, input, tube).map_err(|problem| format!("column {number}: {problem}"))?;
+            if columns.contains(&(input, own)) {
+                return Err(format!("column {number} varies the same input as one before it"));
+            }
+            columns.push((input, own));
+        }
+        Ok(Self { columns, values })
+    }
+
+    fn put(&self, pose: usize, command: &mut Command) {
+        let width = self.columns.len();
+        let row = self.values.iter().skip(pose * width);
+        for (&(input, place), value) in self.columns.iter().zip(row) {
+            put(command, input, place, *value);
+        }
+    }
+}
+
+/// Solves many poses on the threads of the current pool of rayon and writes `wanted` of each into its row of `out`, NaN before.
+pub(crate) fn solve_many(
+    model: &Model,
+    solver: &Solver,
+    asked: &Asked,
+    start: Start,
+    varied: &Varied,
+    wanted: &[cppr_value],
+    out: &mut [f64],
+) -> Result<(), (usize, CommandProblem)> {
+    let width: usize = wanted.iter().map(|value| size(model, *value)).sum();
+    let mut rows: Vec<&mut [f64]> = out.chunks_exact_mut(width.max(1)).collect();
+    let mut asked = asked.clone();
+    varied.columns.iter().for_each(|column| asked.provide(column.0));
+    let mut each = asked.command.clone();
+    for pose in 0..rows.len() {
+        varied.put(pose, &mut each);
+        solver.check(&each).map_err(|problem| (pose, problem))?;
+    }
+    let poses = Poses { solver, base: &asked.command, start };
+    let _ = cppr_sweep::solve_many(
+        &poses,
+        &model.memory,
+        &mut rows,
+        |pose, command| varied.put(pose, command),
+        |_, row, solved| {
+            // All commands have been checked.
+            if let Ok(solved) = solved {
+                write_row(model, solved, wanted, row);
+            }
+            ControlFlow::<()>::Continue(())
+        },
+    );
+    Ok(())
+}
+
+fn write_row(model: &Model, mut solved: Solved<'_>, wanted: &[cppr_value], row: &mut [f64]) {
+    let margin = wanted.contains(&cppr_value::Margin).then(|| solved.margin()).flatten();
+    let (mut sensitivity, mut derived) = (Sensitivity::default(), None);
+    let mut reader = Reader {
+        found: solved.equilibrium,
+        pose: Some(solved.tip),
+        solver: solved.solver,
+        sensitivity: &mut sensitivity,
+        derived: &mut derived,
+    };
+    let mut rest = row;
+    for &value in wanted {
+        let (own, after) = rest.split_at_mut(size(model, value));
+        if value == cppr_value::Margin {
+            own.fill(margin.unwrap_or(f64::NAN));
+        } else {
+            // What there is not stays NaN.
+            let _ = reader.read(value, own);
+        }
+        rest = after;
+    }
+}

@@ -1,0 +1,112 @@
+//! The robot: read, checked, immutable.
+
+use crate::pointer;
+use crate::session::Model;
+use crate::status::{cppr_code, guard_or, say};
+use std::ffi::{CString, c_char};
+use std::sync::Arc;
+
+/// A checked robot. Immutable: any number of threads may use it at the same time.
+#[allow(non_camel_case_types)]
+pub struct cppr_robot {
+    pub(crate) model: Arc<Model>,
+    name: CString,
+}
+
+fn boxed(read: Result<Model, String>) -> Result<*mut cppr_robot, cppr_code> {
+    let model = read.map_err(|problems| say(cppr_code::BadRobot, format_args!("{problems}")))?;
+    let name = CString::new(model.name()).unwrap_or_default();
+    Ok(Box::into_raw(Box::new(cppr_robot { model: Arc::new(model), name })))
+}
+
+/// Reads a robot file. Null where it cannot be read or describes no robot; cppr_error_text() then lists every problem with its
+/// line. Free it with cppr_robot_free().
+///
+/// # Safety
+/// `path` points to a text that ends with 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_from_file(path: *const c_char) -> *mut cppr_robot {
+    guard_or(std::ptr::null_mut(), || {
+        // SAFETY: the caller's promise.
+        let path = unsafe { pointer::text(path, "path") }?;
+        boxed(Model::from_file(path))
+    })
+}
+
+/// The same from the text of a robot file.
+///
+/// # Safety
+/// `text` points to a text that ends with 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_from_text(text: *const c_char) -> *mut cppr_robot {
+    guard_or(std::ptr::null_mut(), || {
+        // SAFETY: the caller's promise.
+        let text = unsafe { pointer::text(text, "text") }?;
+        boxed(Model::from_text(text))
+    })
+}
+
+/// Frees a robot; nothing for a null pointer. Its solvers stay valid.
+///
+/// # Safety
+/// `robot` is null or comes from this library and has not been freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_free(robot: *mut cppr_robot) {
+    guard_or((), || {
+        if !robot.is_null() {
+            // SAFETY: it was boxed in `boxed` and is given back once.
+            drop(unsafe { Box::from_raw(robot) });
+        }
+        Ok(())
+    });
+}
+
+/// Name of the robot, valid as long as the robot; null for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_name(robot: *const cppr_robot) -> *const c_char {
+    // SAFETY: the caller's promise.
+    guard_or(std::ptr::null(), || Ok(unsafe { pointer::object(robot, "robot") }?.name.as_ptr()))
+}
+
+/// Rest length (m); NaN for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_length(robot: *const cppr_robot) -> f64 {
+    // SAFETY: the caller's promise.
+    guard_or(f64::NAN, || Ok(unsafe { pointer::object(robot, "robot") }?.model.length()))
+}
+
+/// Number of tubes, which are numbered from 1 as in the robot file; 0 for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_tubes(robot: *const cppr_robot) -> usize {
+    // SAFETY: the caller's promise.
+    guard_or(0, || Ok(unsafe { pointer::object(robot, "robot") }?.model.tubes()))
+}
+
+/// Has a tube an actuator? Without one it is clamped in the baseplate. False for a null pointer and for a tube that does not exist.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_is_actuated(robot: *const cppr_robot, tube: u32) -> bool {
+    // SAFETY: the caller's promise.
+    guard_or(false, || Ok(unsafe { pointer::object(robot, "robot") }?.model.actuator(tube).is_ok()))
+}
+
+/// Do all centroid lines at rest lie in the X-Y plane? False for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_is_planar(robot: *const cppr_robot) -> bool {
+    // SAFETY: the caller's promise.
+    guard_or(false, || Ok(unsafe { pointer::object(robot, "robot") }?.model.is_planar()))
+}
