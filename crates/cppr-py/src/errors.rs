@@ -76,6 +76,7 @@ pub fn listed(problem: &DesignProblem) -> Listed {
         DesignProblem::Section { tube, .. }
         | DesignProblem::Field { tube, .. }
         | DesignProblem::TooWide { tube, .. } => format!("tube {tube}"),
+        DesignProblem::Joint { joint, .. } => format!("joint {joint}"),
     };
     (0, 0, key, problem.to_string(), String::new())
 }

@@ -39,6 +39,7 @@
 //! them side by side).
 
 pub mod analysis;
+pub mod bundle;
 mod dense;
 pub mod design;
 pub mod kinematics;

@@ -11,6 +11,6 @@ pub mod tube;
 
 pub use fields::FieldValues;
 pub use profile::{Profile, ProfileError};
-pub use robot::{DesignProblem, DesignProblems, Robot, RobotDesign};
+pub use robot::{DesignProblem, DesignProblems, JointProblem, Robot, RobotDesign};
 pub use section::{Inertia, Outline, SectionError, SectionProperties};
 pub use tube::{BelowPlate, Material, NotchPattern, NotchedTube, StiffnessTube, Torsion, TubeDesign};

@@ -231,6 +231,18 @@ impl Profile {
     }
 }
 
+impl Profile {
+    /// Abscissae 0 < x < L (m) at which any derivative may jump, in order: the ends of cubic cells.
+    pub(crate) fn breaks(&self, length: f64) -> Vec<f64> {
+        match &self.shape {
+            Shape::Cubic(cubic) if !self.is_constant() => {
+                cubic.points.iter().copied().filter(|&x| 0.0 < x && x < length).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
 impl Cubic {
     fn eval(&self, x: f64) -> [f64; 3] {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);

@@ -64,6 +64,49 @@ pub enum DesignProblem {
         /// Radius of the bore that it slides in (m).
         bore: f64,
     },
+    /// A joint cannot be.
+    Joint {
+        /// Joint number.
+        joint: usize,
+        /// What is wrong.
+        problem: JointProblem,
+    },
+}
+
+/// What is wrong with a joint. Tubes are numbered from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointProblem {
+    /// It bonds fewer than two tubes.
+    TooFew,
+    /// There is no tube of this number.
+    NoSuchTube(usize),
+    /// A tube is named twice.
+    Twice(usize),
+    /// The label does not lie on the tube.
+    Outside {
+        /// Tube number.
+        tube: usize,
+        /// Label (m).
+        label: f64,
+        /// Length of the tube (m).
+        length: f64,
+    },
+}
+
+impl fmt::Display for JointProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFew => write!(f, "it bonds fewer than two tubes"),
+            Self::NoSuchTube(tube) => write!(f, "there is no tube {tube}"),
+            Self::Twice(tube) => write!(f, "tube {tube} is named twice"),
+            Self::Outside { tube, label, length } => write!(
+                f,
+                "it bonds tube {tube} at {:.3} mm, but the tube reaches from 0 to {:.3} mm",
+                label * 1e3,
+                length * 1e3
+            ),
+        }
+    }
 }
 
 impl fmt::Display for DesignProblem {
@@ -81,6 +124,7 @@ impl fmt::Display for DesignProblem {
                 reach * 1e3,
                 bore * 1e3
             ),
+            Self::Joint { joint, problem } => write!(f, "joint {joint}: {problem}"),
         }
     }
 }
@@ -253,20 +297,24 @@ fn outline(tube: &TubeDesign) -> Option<&Outline> {
 
 fn check_nesting(tubes: &[TubeDesign], problems: &mut Vec<DesignProblem>) {
     for (index, pair) in tubes.windows(2).enumerate() {
-        if let (Some(outer), Some(inner)) = (outline(&pair[0]), outline(&pair[1])) {
-            let (reach, bore) = match (inner, outer) {
-                // Alike polygons slide flat on flat.
-                (
-                    Outline::Polygon { sides, outer_apothem, .. },
-                    Outline::Polygon { sides: around, inner_apothem, .. },
-                ) if sides == around => (*outer_apothem, *inner_apothem),
-                _ => (inner.outer_reach(), outer.inner_clearance()),
-            };
-            if reach > bore {
-                problems.push(DesignProblem::TooWide { tube: index + 2, reach, bore });
-            }
+        if let Some((reach, bore)) = misfit(&pair[0], &pair[1]) {
+            problems.push(DesignProblem::TooWide { tube: index + 2, reach, bore });
         }
     }
+}
+
+/// Reach of the inner tube and bore of the outer one (m), where the one does not fit into the other.
+pub(crate) fn misfit(outer: &TubeDesign, inner: &TubeDesign) -> Option<(f64, f64)> {
+    let (outer, inner) = (outline(outer)?, outline(inner)?);
+    let (reach, bore) = match (inner, outer) {
+        // Alike polygons slide flat on flat.
+        (
+            Outline::Polygon { sides, outer_apothem, .. },
+            Outline::Polygon { sides: around, inner_apothem, .. },
+        ) if sides == around => (*outer_apothem, *inner_apothem),
+        _ => (inner.outer_reach(), outer.inner_clearance()),
+    };
+    (reach > bore).then_some((reach, bore))
 }
 
 fn tabulate(number: usize, tube: &TubeDesign, length: f64) -> Result<Fields, Vec<DesignProblem>> {
@@ -404,7 +452,7 @@ fn torsion_constants(tube: &NotchedTube, depths: &[f64]) -> Result<Vec<f64>, Sec
 }
 
 /// Samples at Chebyshev points of the second kind.
-fn chebyshev(
+pub(crate) fn chebyshev(
     least: f64,
     greatest: f64,
     solve: &impl Fn(f64) -> Result<f64, SectionError>,
@@ -420,7 +468,7 @@ fn chebyshev(
 }
 
 /// Value at `at` of the polynomial through Chebyshev points of the second kind.
-fn barycentric(nodes: &[(f64, f64)], at: f64) -> f64 {
+pub(crate) fn barycentric(nodes: &[(f64, f64)], at: f64) -> f64 {
     let last = nodes.len() - 1;
     let (mut above, mut below) = (0.0, 0.0);
     for (i, &(node, value)) in nodes.iter().enumerate() {

@@ -1,0 +1,292 @@
+//! The state along the bundle and its slopes: Hamilton's equations of the tubes, the pose of the section, and the loads on it.
+//!
+//! The state vector holds x, T, α, π of every tube that is present, then the centreline length s, and where the pose is wanted its
+//! quaternion's w, x, y, z after the position, in the order s, c (3), q (4); under loads the internal force n and the moment μ of
+//! the section's loads about the origin, both in world components, follow.
+
+use super::curve::Piece;
+use super::number::Number;
+use super::prepared::{Applied, Prepared, array};
+use super::section::{Contribution, Tube, TubeState, Unbalanced, Weight, balance};
+use super::vector::{columns, cross, dot, sum};
+
+/// Numbers of the pose, and of the loads.
+pub(crate) const POSE: usize = 7;
+pub(crate) const LOADS: usize = 6;
+
+/// Position of the centreline (m), and the axes of the untwisted frame.
+type Pose<S> = ([S; 3], [[S; 3]; 3]);
+
+/// Sees the section at the end of every step.
+pub(crate) type Visitor<'a, S> = &'a mut dyn FnMut(&Section<S>);
+
+/// What a visitor sees.
+pub(crate) struct Section<'a, S> {
+    pub flow: &'a Flow<'a, S>,
+    /// ω_y, ω_z in the untwisted frame (1/m).
+    pub omega: [S; 2],
+    pub contributions: &'a [Contribution<S>],
+}
+
+/// The tubes at a place and the state vector.
+pub(crate) struct Flow<'a, S> {
+    pub command: &'a Prepared,
+    /// Tubes that are there, from outside to inside, and their pieces.
+    pub present: Vec<usize>,
+    pub pieces: Vec<&'a Piece>,
+    pub values: Vec<S>,
+    /// Distributed forces that act here, by number.
+    pub distributed: Vec<usize>,
+    posed: bool,
+    /// Where ω was found last.
+    omega: [f64; 2],
+}
+
+/// What a wrench does to the section that it acts on.
+pub(crate) struct Felt<S> {
+    /// Its force along the tangent (N).
+    pub force_along: S,
+    /// Its moment about the axis there (N m).
+    pub about: S,
+}
+
+impl<'a, S: Number> Flow<'a, S> {
+    pub fn new(command: &'a Prepared, posed: bool) -> Self {
+        Self {
+            command,
+            present: Vec::new(),
+            pieces: Vec::new(),
+            values: vec![S::constant(0.0)],
+            distributed: Vec::new(),
+            posed,
+            omega: [0.0; 2],
+        }
+    }
+
+    /// A tube begins here.
+    pub fn enter(&mut self, tube: usize, piece: &'a Piece, state: TubeState<S>) {
+        let at = 4 * self.present.len();
+        self.present.push(tube);
+        self.pieces.push(piece);
+        let TubeState { label, tension, angle, torque } = state;
+        self.values.splice(at..at, [label, tension, angle, torque]);
+    }
+
+    /// A tube ends here.
+    pub fn remove(&mut self, place: usize) {
+        self.present.remove(place);
+        self.pieces.remove(place);
+        self.values.drain(4 * place..4 * place + 4);
+    }
+
+    fn state(values: &[S], place: usize) -> TubeState<S> {
+        let [label, tension, angle, torque] = [0, 1, 2, 3].map(|i| values[4 * place + i]);
+        TubeState { label, tension, angle, torque }
+    }
+
+    /// Length of the centreline so far (m).
+    pub fn length(&self) -> S {
+        self.values[4 * self.present.len()]
+    }
+
+    /// Position (m) and quaternion of the section.
+    pub fn pose(&self) -> ([S; 3], [S; 4]) {
+        if self.posed {
+            self.pose_in(&self.values)
+        } else {
+            ([S::constant(0.0); 3], [1.0, 0.0, 0.0, 0.0].map(S::constant))
+        }
+    }
+
+    fn pose_in(&self, values: &[S]) -> ([S; 3], [S; 4]) {
+        let v = &values[4 * self.present.len() + 1..];
+        ([v[0], v[1], v[2]], [v[3], v[4], v[5], v[6]])
+    }
+
+    /// Internal force (N) and moment of the loads beyond about the origin (N m).
+    fn loads_in(&self, values: &[S]) -> ([S; 3], [S; 3]) {
+        let v = &values[4 * self.present.len() + 1 + POSE..];
+        ([v[0], v[1], v[2]], [v[3], v[4], v[5]])
+    }
+
+    /// Angle of a tube's section axes against the untwisted frame: ψ = α + φ(x).
+    pub fn angle_of_section(&self, place: usize) -> S {
+        let label = self.values[4 * place];
+        let [value, slope, _] = self.pieces[place].direction(label.value());
+        self.values[4 * place + 2] + label.chain(value, slope)
+    }
+
+    /// The tubes at given values, and the moment that they balance, in the untwisted frame.
+    fn section(&self, values: &[S]) -> (Vec<Tube<'a, S>>, [S; 2], Option<Pose<S>>) {
+        let command = self.command;
+        let pose = self.posed.then(|| self.pose_in(values));
+        let frame = pose.map(|(centre, turn)| (centre, columns(turn)));
+        let mut moment = [S::constant(0.0); 2];
+        if let (true, Some((centre, [_, y, z]))) = (command.loaded, frame) {
+            let (force, about) = self.loads_in(values);
+            let arm = cross(centre, force);
+            let own = [about[0] - arm[0], about[1] - arm[1], about[2] - arm[2]];
+            moment = [dot(own, y), dot(own, z)];
+        }
+        let weight = match (command.gravity, frame) {
+            (Some(gravity), Some((centre, [_, y, z]))) => {
+                let gravity = gravity.map(S::constant);
+                Some(Weight { height: dot(gravity, centre), across: [dot(gravity, y), dot(gravity, z)] })
+            }
+            _ => None,
+        };
+        let tubes = self.present.iter().zip(&self.pieces).enumerate().map(|(place, (&tube, piece))| {
+            let mut state = Self::state(values, place);
+            if let (0, Some((centre, _))) = (tube, frame) {
+                for &number in &self.distributed {
+                    let force = array(&command.distributed[number].force).map(S::constant);
+                    state.tension = state.tension - dot(force, centre);
+                }
+            }
+            Tube::new(piece, state, weight, command.stretch)
+        });
+        (tubes.collect(), moment, frame)
+    }
+
+    /// Slopes of the state vector by the label of the tube at place `leading`, or by s.
+    pub fn slopes(&mut self, leading: Option<usize>, out: &mut [S]) -> Result<(), Unbalanced> {
+        let mut omega = self.omega;
+        let result = self.slopes_at(&self.values, leading, &mut omega, out);
+        self.omega = omega;
+        result
+    }
+
+    /// The same at other values.
+    pub fn slopes_at(
+        &self,
+        values: &[S],
+        leading: Option<usize>,
+        guess: &mut [f64; 2],
+        out: &mut [S],
+    ) -> Result<(), Unbalanced> {
+        let (tubes, moment, frame) = self.section(values);
+        let zero = S::constant(0.0);
+        let tail = 4 * tubes.len();
+        let (mut mass, mut arm) = (zero, [zero; 2]);
+        let mut leader = zero;
+        let found = balance(&tubes, moment, guess, |place, own: &Contribution<S>| {
+            out[4 * place] = own.advance;
+            out[4 * place + 1] = -own.by_label;
+            out[4 * place + 2] = own.twist;
+            out[4 * place + 3] = own.by_angle;
+            if self.present[place] == 0 {
+                leader = own.advance;
+            }
+            if self.command.gravity.is_some() {
+                mass += own.mass;
+                arm = [arm[0] + own.mass * own.arm[0], arm[1] + own.mass * own.arm[1]];
+            }
+        })?;
+        let [wy, wz] = found.omega;
+        out[tail] = S::constant(1.0);
+        if let Some((centre, [x, y, z])) = frame {
+            out[tail + 1..tail + 4].copy_from_slice(&x);
+            let (_, [qw, qx, qy, qz]) = self.pose_in(values);
+            // q' = ½ q ∘ (0, 0, ω_y, ω_z).
+            out[tail + 4] = -(qy * wy + qz * wz) * 0.5;
+            out[tail + 5] = (qy * wz - qz * wy) * 0.5;
+            out[tail + 6] = (qw * wy - qx * wz) * 0.5;
+            out[tail + 7] = (qw * wz + qx * wy) * 0.5;
+            if self.command.loaded {
+                let mut force = [zero; 3];
+                let mut moment = [zero; 3];
+                if let Some(gravity) = self.command.gravity {
+                    let gravity = gravity.map(S::constant);
+                    force = gravity.map(|g| g * mass);
+                    let place = [0, 1, 2].map(|i| centre[i] * mass + y[i] * arm[0] + z[i] * arm[1]);
+                    moment = cross(place, gravity);
+                }
+                for &number in &self.distributed {
+                    let own = array(&self.command.distributed[number].force).map(|f| leader * f);
+                    force = sum(force, own);
+                    moment = sum(moment, cross(centre, own));
+                }
+                for i in 0..3 {
+                    out[tail + 8 + i] = -force[i];
+                    out[tail + 11 + i] = -moment[i];
+                }
+            }
+        }
+        if let Some(place) = leading {
+            let inverse = out[4 * place].inverse();
+            for value in out.iter_mut() {
+                *value = *value * inverse;
+            }
+            out[4 * place] = S::constant(1.0);
+        }
+        Ok(())
+    }
+
+    /// Guess for ω at the place.
+    pub fn guess(&self) -> [f64; 2] {
+        self.omega
+    }
+
+    /// The section at the place, for a visitor.
+    pub fn visit(&self, see: &mut dyn FnMut(&Section<S>)) -> Result<(), Unbalanced> {
+        let (tubes, moment, _) = self.section(&self.values);
+        let mut contributions = Vec::with_capacity(tubes.len());
+        let found = balance(&tubes, moment, &mut self.guess(), |_, own| contributions.push(*own))?;
+        see(&Section { flow: self, omega: found.omega, contributions: &contributions });
+        Ok(())
+    }
+
+    /// G at the place (N).
+    pub fn energy(&mut self) -> Result<S, Unbalanced> {
+        let (tubes, moment, _) = self.section(&self.values);
+        let mut omega = self.omega;
+        let found = balance(&tubes, moment, &mut omega, |_, _| {})?;
+        self.omega = omega;
+        Ok(found.energy)
+    }
+
+    /// Gives the tension of one tube the value at which G becomes `wanted`.
+    pub fn restore(&mut self, place: usize, wanted: S) -> Result<(), Unbalanced> {
+        // G grows with T at the rate g/h°, and is concave in it.
+        for turn in 0..RESTORING {
+            let (tubes, moment, _) = self.section(&self.values);
+            let mut rate = 1.0;
+            let mut omega = self.omega;
+            let found = balance(&tubes, moment, &mut omega, |p, own| {
+                if p == place {
+                    rate = own.advance.value();
+                }
+            })?;
+            self.omega = omega;
+            let missing = wanted - found.energy;
+            let tension = self.values[4 * place + 1];
+            self.values[4 * place + 1] = tension.plus(1.0 / rate, missing);
+            let small = 1e-9 * (self.command.force_scale + tension.value().abs());
+            if turn > 0 && missing.value().abs() <= small {
+                return Ok(());
+            }
+        }
+        Err(Unbalanced)
+    }
+
+    /// Takes a load off the section of the tube at `place`: beyond, neither force nor moment know of it.
+    pub fn apply(&mut self, load: &Applied, place: usize) -> Felt<S> {
+        let (centre, turn) = self.pose();
+        let [x, y, z] = columns(turn);
+        let (sin, cos) = self.angle_of_section(place).sin_cos();
+        let axes =
+            [x, [0, 1, 2].map(|i| y[i] * cos + z[i] * sin), [0, 1, 2].map(|i| z[i] * cos - y[i] * sin)];
+        let (force, moment, arm) = load.at(&centre, &axes);
+        let about_section = sum(moment, cross(arm, force));
+        let about_origin = sum(about_section, cross(centre, force));
+        let at = 4 * self.present.len() + 1 + POSE;
+        for i in 0..3 {
+            self.values[at + i] = self.values[at + i] - force[i];
+            self.values[at + 3 + i] = self.values[at + 3 + i] - about_origin[i];
+        }
+        Felt { force_along: dot(force, x), about: dot(about_section, x) }
+    }
+}
+
+/// Turns of the search for a tension.
+const RESTORING: usize = 30;

@@ -1,0 +1,405 @@
+//! One section of the bundle: how its tubes share the curvature.
+//!
+//! At given labels x_i, tensions T_i, angles α_i, torques π_i of the tubes and moment m on the section, the rates of rotation
+//! ω = (0, ω_y, ω_z) of the centreline (and the stretch of every tube, where it is asked for) make
+//!
+//! ```text
+//! G = Σ_i E_i − m·ω ,   E_i = min over strains of { elastic energy of tube i per centreline length − π_i α_i' + T_i g_i/h°_i }
+//! ```
+//!
+//! stationary. With w_Y = ω·b_iY and w_Z = ω·b_iZ, h = 1 − D w_Z the length of the centroid line per centreline length, g the same
+//! at rest (g = h without stretch), k_Y and k_Z the rest curvatures per centroid length:
+//!
+//! ```text
+//! E = ½ (EI_Y w_Y² + EI_Z w_Z²)/g + ½ g P − EI_Y w_Y k_Y − EI_Z w_Z k_Z  [+ ½ EA (h − g)²/g] ,
+//! P = EI_Y k_Y² + EI_Z k_Z² − π²/GJ + 2 T/h°
+//! ```
+//!
+//! Slopes of G are the equations of the bundle (Hamilton's): x' = ∂G/∂T, T' = −∂G/∂x, α' = −∂G/∂π, π' = ∂G/∂α.
+
+use super::curve::{FIELDS, Piece};
+use super::number::{Field, Number};
+use std::ops::{Add, Mul, Sub};
+
+/// State of one tube at a section.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TubeState<S> {
+    /// Axis label x (m).
+    pub label: S,
+    /// Tension T (N): the force that holds the tube's motor is T at the plate.
+    pub tension: S,
+    /// Rotation α of the material against the untwisted frame (rad).
+    pub angle: S,
+    /// Torque π carried by the tube, towards the tip (N m).
+    pub torque: S,
+}
+
+/// Weight per label that acts on a tube at its centroid: potential −m γ·(c + D b_Y).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weight<S> {
+    /// γ·c (m²/s²), plus what a distributed force adds per mass.
+    pub height: S,
+    /// γ in the untwisted frame, its components y and z.
+    pub across: [S; 2],
+}
+
+/// Fields in numbers that do or do not depend on the label.
+#[derive(Clone, Copy, Debug)]
+struct Fields<F> {
+    offset: F,
+    bend_y: F,
+    bend_z: F,
+    torsion: F,
+    axial: F,
+    mass: F,
+    rest_y: F,
+    rest_z: F,
+}
+
+impl<F: Copy> Fields<F> {
+    fn from_table(v: [F; FIELDS]) -> Self {
+        let [offset, bend_y, bend_z, torsion, axial, mass, rest_y, rest_z] = v;
+        Self { offset, bend_y, bend_z, torsion, axial, mass, rest_y, rest_z }
+    }
+}
+
+/// Section axes of one tube.
+#[derive(Clone, Copy, Debug)]
+struct Axes<S> {
+    sin: S,
+    cos: S,
+}
+
+/// What a tube contributes at the rates of rotation found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contribution<S> {
+    /// E.
+    pub energy: S,
+    /// ∂E/∂ω in the untwisted frame.
+    pub moment: [S; 2],
+    /// x' = g/h°.
+    pub advance: S,
+    /// α'.
+    pub twist: S,
+    /// ∂E/∂α.
+    pub by_angle: S,
+    /// ∂E/∂x.
+    pub by_label: S,
+    /// Mass per centreline length and the arm of its centroid: D (cos ψ, sin ψ).
+    pub mass: S,
+    pub arm: [S; 2],
+}
+
+/// One tube at a section.
+pub(crate) struct Tube<'a, S> {
+    pub piece: &'a Piece,
+    pub state: TubeState<S>,
+    pub weight: Option<Weight<S>>,
+    axes: Axes<S>,
+    direction: [f64; 3],
+    /// For the search of ω: fields and shares in plain numbers.
+    plain: Plain,
+}
+
+/// The plain numbers of a tube that ω depends on.
+#[derive(Clone, Copy, Debug)]
+struct Plain {
+    sin: f64,
+    cos: f64,
+    offset: f64,
+    bend: [f64; 2],
+    rest: [f64; 2],
+    /// P, with EA where stretch is asked for.
+    push: f64,
+    axial: Option<f64>,
+}
+
+impl Plain {
+    /// Slopes and second slopes of E by (w_Y, w_Z), in the untwisted frame: (y, z, yy, yz, zz).
+    #[inline]
+    fn slopes(&self, omega: [f64; 2]) -> Option<[f64; 5]> {
+        let (s, c) = (self.sin, self.cos);
+        let (wy, wz) = (omega[0] * c + omega[1] * s, omega[1] * c - omega[0] * s);
+        let h = 1.0 - self.offset * wz;
+        let [ey, ez] = self.bend;
+        let square = ey * wy * wy + ez * wz * wz;
+        let (a, b, yy, yz, zz);
+        match self.axial {
+            None => {
+                if h < LEAST_RATE {
+                    return None;
+                }
+                let i = 1.0 / h;
+                let (d, i2) = (self.offset, i * i);
+                let tension = 0.5 * (self.push - square * i2);
+                a = ey * (wy * i - self.rest[0]);
+                b = ez * (wz * i - self.rest[1]) - d * tension;
+                yy = ey * i;
+                yz = d * ey * wy * i2;
+                zz = ez * i + 2.0 * d * ez * wz * i2 + d * d * square * i2 * i;
+            }
+            Some(ea) => {
+                let (d, q, p) = (self.offset, square + ea * h * h, self.push);
+                if !(p > 0.0 && q > 0.0 && h > LEAST_RATE) {
+                    return None;
+                }
+                let i = (p / q).sqrt();
+                let (qy, qz) = (ey * wy, ez * wz - ea * h * d);
+                a = qy * i - ey * self.rest[0];
+                b = qz * i - ez * self.rest[1] + ea * d;
+                yy = i * (ey - qy * qy / q);
+                yz = -i * qy * qz / q;
+                zz = i * (ez + ea * d * d - qz * qz / q);
+            }
+        }
+        Some([
+            a * c - b * s,
+            a * s + b * c,
+            yy * c * c - 2.0 * yz * c * s + zz * s * s,
+            (yy - zz) * c * s + yz * (c * c - s * s),
+            yy * s * s + 2.0 * yz * c * s + zz * c * c,
+        ])
+    }
+}
+
+/// Shortest centroid line per centreline length; below, the tube would be crushed.
+const LEAST_RATE: f64 = 0.02;
+/// Newton steps for ω.
+const TURNS: usize = 30;
+
+/// The section describes no bundle: no rates of rotation balance it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Unbalanced;
+
+impl<'a, S: Number> Tube<'a, S> {
+    pub fn new(piece: &'a Piece, state: TubeState<S>, weight: Option<Weight<S>>, stretch: bool) -> Self {
+        let x = state.label.value();
+        let direction = piece.direction(x);
+        let turned = if piece.is_straight() {
+            state.angle + direction[0]
+        } else {
+            state.angle + state.label.chain(direction[0], direction[1])
+        };
+        let (sin, cos) = turned.sin_cos();
+        let f = Fields::from_table(match &piece.uniform {
+            Some(values) => *values,
+            None => std::array::from_fn(|i| piece.field(i, x)[0]),
+        });
+        let h0 = 1.0 - f.offset * f.rest_z;
+        let rest = [f.rest_y / h0, f.rest_z / h0];
+        let mut tension = state.tension.value();
+        if let Some(w) = &weight {
+            let across = w.across.map(Number::value);
+            tension -=
+                f.mass * (w.height.value() + f.offset * (across[0] * cos.value() + across[1] * sin.value()));
+        }
+        let torque = state.torque.value();
+        let push = f.bend_y * rest[0] * rest[0] + f.bend_z * rest[1] * rest[1] - torque * torque / f.torsion
+            + 2.0 * tension / h0
+            + if stretch { f.axial } else { 0.0 };
+        let plain = Plain {
+            sin: sin.value(),
+            cos: cos.value(),
+            offset: f.offset,
+            bend: [f.bend_y, f.bend_z],
+            rest,
+            push,
+            axial: stretch.then_some(f.axial),
+        };
+        Self { piece, state, weight, axes: Axes { sin, cos }, direction, plain }
+    }
+
+    /// The contribution at ω.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // What the first pass of `balance` does not ask for is then not computed.
+    pub fn contribution(&self, omega: [S; 2]) -> Contribution<S> {
+        if let Some(values) = &self.piece.uniform {
+            return self.with_fields(omega, Fields::from_table(*values), None);
+        }
+        let x = self.state.label;
+        let jets: [[f64; 3]; FIELDS] = std::array::from_fn(|i| self.piece.field(i, x.value()));
+        let fields = Fields::from_table(jets.map(|[v, d, _]| x.chain(v, d)));
+        let slopes = Fields::from_table(jets.map(|[_, d, dd]| x.chain(d, dd)));
+        self.with_fields(omega, fields, Some(slopes))
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn with_fields<F>(&self, omega: [S; 2], f: Fields<F>, slopes: Option<Fields<S>>) -> Contribution<S>
+    where
+        F: Field,
+        S: Mul<F, Output = S> + Add<F, Output = S> + Sub<F, Output = S>,
+    {
+        let Axes { sin, cos } = self.axes;
+        let TubeState { tension, torque, .. } = self.state;
+        let (wy, wz) = (omega[0] * cos + omega[1] * sin, omega[1] * cos - omega[0] * sin);
+        let one = S::constant(1.0);
+        let h = one - wz * f.offset;
+        let h0 = (f.offset * f.rest_z).one_minus();
+        let inverse_h0 = h0.inverse();
+        let (ky, kz) = (f.rest_y * inverse_h0, f.rest_z * inverse_h0);
+        // The weight of the tube pulls at its label like a tension.
+        let lifted = self.weight.as_ref().map(|w| {
+            let along = w.across[0] * cos + w.across[1] * sin;
+            let across = w.across[1] * cos - w.across[0] * sin;
+            let potential = w.height + along * f.offset;
+            (potential, along, across)
+        });
+        let pull = match &lifted {
+            Some((potential, ..)) => tension - *potential * f.mass,
+            None => tension,
+        };
+        let inverse_gj = f.torsion.inverse();
+        let turned = torque * torque * inverse_gj;
+        let square = wy * wy * f.bend_y + wz * wz * f.bend_z;
+        let rest = f.bend_y * ky * ky + f.bend_z * kz * kz;
+        let push = pull * inverse_h0 * 2.0 - turned + rest;
+        let (g, line) = if self.plain.axial.is_some() {
+            let g = ((square + h * h * f.axial) / (push + f.axial)).sqrt();
+            (g, (h / g - 1.0) * f.axial)
+        } else {
+            let inverse = one / h;
+            (h, (push - square * inverse * inverse) * 0.5)
+        };
+        let inverse = one / g;
+        // Curvature strains, and the moments that they make.
+        let (by, bz) = (wy * inverse - ky, wz * inverse - kz);
+        let moment_y = by * f.bend_y;
+        let moment_z = bz * f.bend_z - line * f.offset;
+        let mut energy = (square * inverse + g * push) * 0.5 - wy * (f.bend_y * ky) - wz * (f.bend_z * kz);
+        if self.plain.axial.is_some() {
+            let gap = h - g;
+            energy += gap * gap * inverse * f.axial * 0.5;
+        }
+        let advance = g * inverse_h0;
+        let twist = torque * inverse_gj * g;
+        let mut by_angle = moment_y * wz - moment_z * wy;
+        let mass = advance * f.mass;
+        if let Some((_, _, across)) = &lifted {
+            by_angle = by_angle - mass * f.offset * *across;
+        }
+        let mut by_label = S::constant(0.0);
+        if let Some(d) = slopes {
+            let h0_slope = -(d.offset * f.rest_z + d.rest_z * f.offset);
+            let ky_slope = (d.rest_y - h0_slope * ky) * inverse_h0;
+            let kz_slope = (d.rest_z - h0_slope * kz) * inverse_h0;
+            by_label = -(line * wz * d.offset)
+                + (d.bend_y * by * by + d.bend_z * bz * bz + turned * inverse_gj * d.torsion) * g * 0.5
+                - g * (moment_y * ky_slope + bz * f.bend_z * kz_slope)
+                - pull * advance * inverse_h0 * h0_slope;
+            if self.plain.axial.is_some() {
+                let stretch = h * inverse - 1.0;
+                by_label += d.axial * stretch * stretch * g * 0.5;
+            }
+            if let Some((potential, along, _)) = &lifted {
+                by_label = by_label - (d.mass * *potential + d.offset * *along * f.mass) * advance;
+            }
+        }
+        if !self.piece.is_straight() {
+            by_label += by_angle * self.state.label.chain(self.direction[1], self.direction[2]);
+        }
+        Contribution {
+            energy,
+            moment: [moment_y * cos - moment_z * sin, moment_y * sin + moment_z * cos],
+            advance,
+            twist,
+            by_angle,
+            by_label,
+            mass,
+            arm: [cos * f.offset, sin * f.offset],
+        }
+    }
+}
+
+/// Rates of rotation at which the tubes balance a moment, and what each contributes there.
+pub(crate) struct Balance<S> {
+    /// ω_y, ω_z in the untwisted frame (1/m).
+    pub omega: [S; 2],
+    /// G (N).
+    pub energy: S,
+}
+
+/// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
+/// the residual grows arrive. `each` receives the contributions of the tubes in order.
+pub(crate) fn balance<S: Number>(
+    tubes: &[Tube<S>],
+    moment: [S; 2],
+    guess: &mut [f64; 2],
+    mut each: impl FnMut(usize, &Contribution<S>),
+) -> Result<Balance<S>, Unbalanced> {
+    let load = moment.map(Number::value);
+    let slopes = |omega: [f64; 2]| {
+        let mut sum = [-load[0], -load[1], 0.0, 0.0, 0.0];
+        for tube in tubes {
+            for (sum, own) in sum.iter_mut().zip(tube.plain.slopes(omega)?) {
+                *sum += own;
+            }
+        }
+        Some(sum)
+    };
+    let mut omega = *guess;
+    let mut here = if let Some(here) = slopes(omega) {
+        here
+    } else {
+        omega = [0.0; 2];
+        slopes(omega).ok_or(Unbalanced)?
+    };
+    let mut settled = false;
+    for _ in 0..TURNS {
+        let [a, b, yy, yz, zz] = here;
+        let det = yy * zz - yz * yz;
+        let step = [(b * yz - a * zz) / det, (a * yz - b * yy) / det];
+        let decrement = -(a * step[0] + b * step[1]);
+        if !(det > 0.0 && decrement.is_finite()) {
+            return Err(Unbalanced);
+        }
+        let mut factor = 1.0;
+        loop {
+            let trial = [omega[0] + factor * step[0], omega[1] + factor * step[1]];
+            match slopes(trial) {
+                // The slope along the step has not turned far beyond the minimum.
+                Some(there)
+                    if there[0] * step[0] + there[1] * step[1] <= 0.5 * decrement + f64::MIN_POSITIVE =>
+                {
+                    (omega, here) = (trial, there);
+                    break;
+                }
+                _ => factor *= 0.5,
+            }
+            if factor < 1e-6 {
+                // Rounding is all that is left, or nothing balances.
+                settled = true;
+                break;
+            }
+        }
+        let size = 1.0 + omega[0].abs().max(omega[1].abs());
+        if settled || (factor * step[0]).abs().max((factor * step[1]).abs()) <= 1e-7 * size {
+            settled = true;
+            break;
+        }
+    }
+    if !settled {
+        return Err(Unbalanced);
+    }
+    *guess = omega;
+    // One more step with numbers that carry slopes gives the slopes of ω.
+    let mut residual = [-moment[0], -moment[1]];
+    let at = omega.map(S::constant);
+    for tube in tubes {
+        let own = tube.contribution(at);
+        residual = [residual[0] + own.moment[0], residual[1] + own.moment[1]];
+    }
+    let [_, _, yy, yz, zz] = here;
+    let inverse = 1.0 / (yy * zz - yz * yz);
+    let omega = [
+        at[0].plus(-zz * inverse, residual[0]).plus(yz * inverse, residual[1]),
+        at[1].plus(-yy * inverse, residual[1]).plus(yz * inverse, residual[0]),
+    ];
+    let mut energy = -(moment[0] * omega[0] + moment[1] * omega[1]);
+    for (i, tube) in tubes.iter().enumerate() {
+        let own = tube.contribution(omega);
+        energy += own.energy;
+        each(i, &own);
+    }
+    Ok(Balance { omega, energy })
+}

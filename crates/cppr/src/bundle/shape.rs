@@ -1,0 +1,88 @@
+//! Shape of a bundle in equilibrium: its sections from the plate to the last tip.
+
+use super::flow::Section;
+use super::solve::{BundleEquilibrium, BundleSolver};
+use super::steps::Steps;
+use super::vector::columns;
+use super::walk::Walk;
+use nalgebra::{Matrix3, Vector3};
+
+/// One tube at a section.
+#[derive(Clone, Copy, Debug)]
+pub struct TubeSection {
+    /// Tube (index from 0).
+    pub tube: usize,
+    /// Label of its section (m).
+    pub label: f64,
+    /// Angle of its section axes against the untwisted frame, about the tangent (rad).
+    pub angle: f64,
+    /// Tension T that its motor would hold here (N), and torque carried towards the tip (N m).
+    pub tension: f64,
+    /// Torque carried (N m).
+    pub torque: f64,
+    /// Curvatures about its section axes Y and Z per length of its centroid line (1/m), and its twist (rad/m), less those at rest.
+    pub strains: [f64; 3],
+}
+
+/// A section of the bundle.
+#[derive(Clone, Debug)]
+pub struct BundleSection {
+    /// Length of the centreline from the plate (m).
+    pub length: f64,
+    /// Centre (m).
+    pub centre: Vector3<f64>,
+    /// Untwisted frame: its first column is the tangent.
+    pub frame: Matrix3<f64>,
+    /// Tubes that are there, from outside to inside.
+    pub tubes: Vec<TubeSection>,
+}
+
+impl BundleSolver<'_> {
+    /// Sections of an equilibrium at most `spacing` (m) apart: at the plate, on both sides of every place where something changes,
+    /// and at the last tip.
+    #[must_use]
+    pub fn shape(&self, equilibrium: &BundleEquilibrium, spacing: f64) -> Vec<BundleSection> {
+        let mut sections = Vec::new();
+        let mut see = |section: &Section<f64>| sections.push(read(section));
+        self.with_walk(equilibrium, |walk, base| {
+            let walk = Walk { posed: true, longest: spacing, ..walk };
+            // The conditions were met before; what is left of them does not matter here.
+            walk.run(base, &mut Steps::default(), Some(&mut see)).is_ok()
+        });
+        sections
+    }
+}
+
+fn read(section: &Section<f64>) -> BundleSection {
+    let flow = section.flow;
+    let (centre, turn) = flow.pose();
+    let [wy, wz] = section.omega;
+    let tubes = flow.present.iter().enumerate().map(|(place, &tube)| {
+        let own = &flow.values[4 * place..4 * place + 4];
+        let angle = flow.angle_of_section(place);
+        let (sin, cos) = angle.sin_cos();
+        let [offset, .., rest_y, rest_z] = flow.pieces[place].table_at(own[0]);
+        let advance = section.contributions[place].advance;
+        // g = x' h°: length of the centroid line per centreline length.
+        let rest = 1.0 - offset * rest_z;
+        let line = advance * rest;
+        TubeSection {
+            tube,
+            label: own[0],
+            angle,
+            tension: own[1],
+            torque: own[3],
+            strains: [
+                (wy * cos + wz * sin) / line - rest_y / rest,
+                (wz * cos - wy * sin) / line - rest_z / rest,
+                section.contributions[place].twist / line,
+            ],
+        }
+    });
+    BundleSection {
+        length: flow.length(),
+        centre: Vector3::from(centre),
+        frame: Matrix3::from_columns(&columns(turn).map(Vector3::from)),
+        tubes: tubes.collect(),
+    }
+}

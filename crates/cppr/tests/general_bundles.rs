@@ -1,0 +1,221 @@
+//! Bundles with parts, joints on the way, free tips, tubes curved at rest and insertion, against an independent program that
+//! treats every tube alike (untwisted frame, rotations of the material, polynomials for all fields, Newton's method by automatic differentiation),
+//! and against what any bundle has to fulfil.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::float_cmp)]
+
+use cppr::Vector3;
+use cppr::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
+use cppr::bundle::{Bundle, BundleDesign, Part, TubeParts};
+use cppr::design::{Profile, StiffnessTube};
+use cppr::solve::Drive;
+use cppr::statics::Loads;
+use serde_json::Value;
+
+fn number(v: &Value, key: &str) -> f64 {
+    v[key].as_f64().unwrap_or(0.0)
+}
+
+fn list(v: &Value, key: &str) -> Vec<f64> {
+    v[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap_or(0.0)).collect()
+}
+
+fn cases() -> Vec<Value> {
+    serde_json::from_str(include_str!("data/general_bundles.json")).unwrap()
+}
+
+fn design(case: &Value) -> BundleDesign {
+    let tube = |tube: &Value| {
+        let mut from = 0.0;
+        let part = |part: &Value| {
+            let to = number(part, "to_mm");
+            let length = 1e-3 * (to - from);
+            from = to;
+            let stiffness = |key| Profile::constant(1e-6 * number(part, key));
+            let body = StiffnessTube {
+                centroid_offset: Profile::constant(1e-3 * number(part, "centroid_offset_mm")),
+                direction: Profile::constant(number(part, "centroid_direction_deg").to_radians()),
+                bending_y: stiffness("bending_y_Nmm2"),
+                bending_z: stiffness("bending_z_Nmm2"),
+                torsion: stiffness("torsion_Nmm2"),
+                axial: None,
+                mass_per_length: Profile::constant(0.0),
+                centroid_offset_factor: 1.0,
+            };
+            assert!(number(part, "rest_curvature_y_1_m") == 0.0 && number(part, "twist_deg_per_m") == 0.0);
+            let direction = number(part, "centroid_direction_deg").to_radians();
+            Part {
+                length,
+                body: body.into(),
+                rest_curvature: number(part, "rest_curvature_z_1_m"),
+                rest_direction: direction,
+            }
+        };
+        TubeParts { parts: tube.as_array().unwrap().iter().map(part).collect(), shaft: None }
+    };
+    let joint = |joint: &Value| {
+        let places = joint.as_object().unwrap().iter();
+        places.map(|(tube, at)| (tube.parse::<usize>().unwrap() - 1, 1e-3 * at.as_f64().unwrap())).collect()
+    };
+    BundleDesign {
+        name: case["name"].as_str().unwrap().into(),
+        tubes: case["tubes"].as_array().unwrap().iter().map(tube).collect(),
+        joints: case["joints"].as_array().unwrap().iter().map(joint).collect(),
+    }
+}
+
+fn command(case: &Value) -> BundleCommand {
+    let drive = |a: &Value| TubeDrive {
+        translation: Drive::Motion(number(a, "abscissa_at_plate_m")),
+        rotation: Drive::Motion(number(a, "rotation_rad")),
+    };
+    let force = Vector3::from_vec(list(case, "tip_force_N"));
+    BundleCommand {
+        drives: case["actuators"].as_array().unwrap().iter().map(drive).collect(),
+        loads: if force.norm() > 0.0 { Loads::tip_force(force) } else { Loads::none() },
+    }
+}
+
+#[test]
+fn an_independent_program_finds_the_same() {
+    let mut met = 0;
+    for case in cases() {
+        let name = case["name"].as_str().unwrap();
+        let bundle = Bundle::new(&design(&case)).unwrap();
+        let found = BundleSolver::new(&bundle).solve(&command(&case));
+        assert!(found.converged && found.stable, "{name}");
+        let expected = &case["expected"];
+        let off = (found.tip - Vector3::from_vec(list(expected, "tip_m"))).norm();
+        // Its own modes leave up to 1.3e-8 m.
+        assert!(off < 2e-7 * bundle.length(), "{name}: the tip is off by {off:e} m");
+        assert!(found.error[0] < 1e-7 * bundle.length(), "{name}: {:?}", found.error);
+        let direction = found.frame.column(0) - Vector3::from_vec(list(expected, "tip_direction"));
+        assert!(direction.norm() < 1e-6, "{name}: {direction}");
+        let most = list(expected, "force_N").iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+        for (tube, (force, torque)) in
+            list(expected, "force_N").into_iter().zip(list(expected, "torque_Nm")).enumerate()
+        {
+            let own = found.efforts[tube];
+            assert!(
+                (own.force - force).abs() < 1e-6 * most,
+                "{name}, tube {tube}: {} N for {force}",
+                own.force
+            );
+            let scale = most * bundle.length();
+            assert!((own.torque - torque).abs() < 1e-6 * scale, "{name}, tube {tube}: {} Nm", own.torque);
+        }
+        met += 1;
+    }
+    assert_eq!(met, 9);
+}
+
+/// A force is the slope of the energy by its motor's travel: what is prescribed as a motion and answered by an effort gives the same
+/// motion when that effort is prescribed.
+#[test]
+fn motions_and_efforts_are_two_views_of_one_equilibrium() {
+    for case in cases() {
+        let name = case["name"].as_str().unwrap();
+        let bundle = Bundle::new(&design(&case)).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let command = command(&case);
+        let found = solver.solve(&command);
+        // A free tube without centroid offset takes no force: leave tubes in no joint alone.
+        let last = command.drives.len() - 1;
+        if case["joints"].as_array().unwrap().is_empty() {
+            continue;
+        }
+        let mut other = command.clone();
+        other.drives[last].translation = Drive::Effort(found.efforts[last].force);
+        other.drives[last].rotation = Drive::Effort(found.efforts[last].torque);
+        let again = solver.solve_from(&other, &found);
+        assert!(again.converged, "{name}");
+        assert!((again.tip - found.tip).norm() < 1e-8, "{name}: {}", (again.tip - found.tip).norm());
+        assert!((again.efforts[last].label - found.efforts[last].label).abs() < 1e-8, "{name}");
+    }
+}
+
+/// Turning all motors and the loads about the axis turns the robot.
+#[test]
+fn the_plate_may_be_turned() {
+    for case in cases() {
+        let name = case["name"].as_str().unwrap();
+        let bundle = Bundle::new(&design(&case)).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let command = command(&case);
+        let found = solver.solve(&command);
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), 0.3);
+        let mut turned = command.clone();
+        for drive in &mut turned.drives {
+            drive.rotation = Drive::Motion(drive.rotation.value() + 0.3);
+        }
+        for wrench in &mut turned.loads.wrenches {
+            wrench.force = turn * wrench.force;
+        }
+        let other = solver.solve(&turned);
+        assert!(other.converged, "{name}");
+        assert!((other.tip - turn * found.tip).norm() < 1e-7 * bundle.length(), "{name}");
+    }
+}
+
+#[test]
+fn the_tip_jacobian_is_the_slope_of_the_tip() {
+    for case in cases() {
+        let name = case["name"].as_str().unwrap();
+        let bundle = Bundle::new(&design(&case)).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        solver.tolerance = 1e-10;
+        let command = command(&case);
+        let found = solver.solve(&command);
+        let jacobian = solver.tip_jacobian(&found).unwrap();
+        assert!(jacobian.norm() > 0.0, "{name}");
+        for (tube, _) in command.drives.iter().enumerate() {
+            for which in 0..2 {
+                let unit = if which == 0 { 1e-5 } else { 1e-3 };
+                let at = |sign: f64| {
+                    let mut moved = command.clone();
+                    let drive = &mut moved.drives[tube];
+                    let own = if which == 0 { &mut drive.translation } else { &mut drive.rotation };
+                    *own = own.with_value(own.value() + sign * unit);
+                    solver.solve_from(&moved, &found).tip
+                };
+                // One-sided: at the plate an edge may lie on one side only.
+                let slope = (at(1.0) - at(-1.0)) / (2.0 * unit);
+                let column = jacobian.fixed_view::<3, 1>(0, 2 * tube + which);
+                let scale = if which == 0 { 10.0 } else { bundle.length() };
+                let off = (slope - column).norm() / scale;
+                assert!(off < 1e-3, "{name}, tube {tube}, motor {which}: {slope} for {column}");
+            }
+        }
+    }
+}
+
+/// The section at the end of the shape is the tip, and tensions of the tubes in the plane add up along an unloaded robot.
+#[test]
+fn the_shape_ends_at_the_tip() {
+    for case in cases() {
+        let name = case["name"].as_str().unwrap();
+        let bundle = Bundle::new(&design(&case)).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let found = solver.solve(&command(&case));
+        let spacing = bundle.length() / 50.0;
+        let shape = solver.shape(&found, spacing);
+        let (first, last) = (&shape[0], &shape[shape.len() - 1]);
+        assert!(first.centre.norm() < 1e-15, "{name}");
+        assert!((last.centre - found.tip).norm() < 1e-7 * bundle.length(), "{name}");
+        assert!((last.frame.column(0) - found.frame.column(0)).norm() < 1e-6, "{name}");
+        for pair in shape.windows(2) {
+            let step = (pair[1].centre - pair[0].centre).norm();
+            let length = pair[1].length - pair[0].length;
+            assert!(
+                step <= length * (1.0 + 1e-9) + 1e-12 && length < spacing * 1.2,
+                "{name}: {step} {length}"
+            );
+        }
+        for tube in &first.tubes {
+            assert!(
+                (tube.tension - found.efforts[tube.tube].force).abs() < 1e-9 * (1.0 + tube.tension.abs()),
+                "{name}"
+            );
+        }
+    }
+}
