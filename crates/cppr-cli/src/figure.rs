@@ -163,9 +163,12 @@ pub fn title(found: &Equilibrium) -> String {
     parts.join(", ")
 }
 
-/// At most four decimals, and a minus sign that is one.
+/// At most four significant digits and four decimals, and a minus sign that is one.
 fn number(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
+    let whole = value.abs().max(1.0).log10().floor();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped between 0 and 4")]
+    let digits = (3.0 - whole).clamp(0.0, 4.0) as usize;
+    let text = format!("{value:.digits$}");
+    let short = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if short == "-0" { "0".into() } else { short.replace('-', "−") }
 }

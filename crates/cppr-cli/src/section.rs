@@ -168,7 +168,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .filter(|q: &Quantity| !q.curves.is_empty())
             .collect();
         let title = robot.design().name.clone();
-        let input = ProfileInput { title, x_label: "x".into(), quantities };
+        let input = ProfileInput { title, x_label: "X".into(), quantities };
         let drawn = profile_figure(&input).map_err(|e| figure::plot_failure(&e))?;
         figure::write(path, format, &drawn)?;
     }

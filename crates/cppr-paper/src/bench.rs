@@ -168,16 +168,18 @@ pub fn centreline(shape: &Shape) -> Line {
 pub fn family(
     title: impl Into<String>,
     poses: Vec<Pose>,
+    label_name: &str,
     colouring: Colouring,
 ) -> Result<Figure, PaperError> {
-    let input = ShapeInput { title: title.into(), poses, colouring, ..ShapeInput::default() };
+    let (title, label_name) = (title.into(), label_name.into());
+    let input = ShapeInput { title, poses, label_name, colouring, ..ShapeInput::default() };
     Ok(shape_figure(&input)?)
 }
 
 /// A figure of several poses over the unloaded shapes at the same motions.
 pub fn loaded_family(title: String, poses: Vec<Pose>, unloaded: Vec<Line>) -> Result<Figure, PaperError> {
-    let rest_name = "without load".into();
-    let input = ShapeInput { title, poses, rest: unloaded, rest_name, ..ShapeInput::default() };
+    let (label_name, rest_name) = ("Δa (mm)".into(), "without load".into());
+    let input = ShapeInput { title, poses, label_name, rest: unloaded, rest_name, ..ShapeInput::default() };
     Ok(shape_figure(&input)?)
 }
 

@@ -72,12 +72,12 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         page.figure(
             &format!("{name}-consistent"),
             format!("{title}, consistent formulation: centroid lines of both tubes, Δa in mm at the tips."),
-            family(format!("{title}, consistent"), poses, Colouring::Tube)?,
+            family(format!("{title}, consistent"), poses, "Δa (mm)", Colouring::Tube)?,
         );
         page.figure(
             &format!("{name}-printed"),
             format!("{title}, formulation as printed, five modes."),
-            family(format!("{title}, as printed"), printed_poses, Colouring::Tube)?,
+            family(format!("{title}, as printed"), printed_poses, "Δa (mm)", Colouring::Tube)?,
         );
         page.table(
             format!("{title}: tip of tube 1's centroid line and actuation force."),

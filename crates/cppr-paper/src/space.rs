@@ -46,7 +46,7 @@ pub fn sideways(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     page.figure(
         "",
         "Centrelines, consistent formulation; Δa in mm.",
-        family("Childs2, 50 g on the tip, consistent", poses, Colouring::Pose)?,
+        family("Childs2, 50 g on the tip, consistent", poses, "Δa (mm)", Colouring::Pose)?,
     );
     page.table(
         "Centre of the tip section.",
@@ -124,7 +124,7 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     page.figure(
         "",
         "Centrelines of the three sequences, consistent formulation: follower 2 alone in the darkest shades, both in the lightest.",
-        family("Childs3, consistent", poses, Colouring::Pose)?,
+        family("Childs3, consistent", poses, "", Colouring::Pose)?,
     );
     let input = XyInput {
         title: "Childs3, tips seen along the axis, consistent".into(),
@@ -287,12 +287,12 @@ pub fn helicoid(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     page.figure(
         "angle",
         "Δθ_2(0) held, as in the paper; Δa in mm.",
-        family("Helicoid, angle held, consistent", held, Colouring::Alternate)?,
+        family("Helicoid, angle held, consistent", held, "Δa (mm)", Colouring::Alternate)?,
     );
     page.figure(
         "motor",
         "Motor held.",
-        family("Helicoid, motor held, consistent", turning, Colouring::Alternate)?,
+        family("Helicoid, motor held, consistent", turning, "Δa (mm)", Colouring::Alternate)?,
     );
     page.table(
         "Centre of the tip section with the angle held and with the motor held; the last column is the distance of the printed formulation (angle held).",
@@ -340,7 +340,7 @@ pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         page.figure(
             &file.to_lowercase(),
             format!("R1 at ±3 mm, follower turned by −90°, 0, 90°: {which}."),
-            family(format!("R1, {which}, consistent"), poses, Colouring::Alternate)?,
+            family(format!("R1, {which}, consistent"), poses, "Δa (mm), Ω", Colouring::Alternate)?,
         );
     }
     page.table(

@@ -44,7 +44,10 @@ pub fn euler(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             row.push(printed.map_or("–".into(), |t| cell(t, 3)));
             rows.push(row);
         }
-        forces.push(XyCurve::new(format!("{title}, consistent"), ours));
+        let ours = XyCurve::new(format!("{title}, consistent"), ours);
+        // One name, colour and dash in both panels.
+        margins.push(XyCurve { points: margin, rank: Some(forces.len() + 1), ..ours.clone() });
+        forces.push(ours);
         forces.push(XyCurve::new(format!("{title}, as printed"), theirs));
         for (which, curve) in
             [("consistent", &forces[forces.len() - 2]), ("as printed", &forces[forces.len() - 1])]
@@ -59,7 +62,6 @@ pub fn euler(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             }
         }
         euler = euler.max(critical);
-        margins.push(XyCurve::new(format!("{title}, margin (consistent)"), margin));
     }
     // Both robots have the same greatest stiffness, at opposite ends.
     let (low, high) = (scenario.pulls_mm[0], -scenario.pulls_mm[0]);

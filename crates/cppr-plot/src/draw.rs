@@ -46,7 +46,6 @@ fn draw_title(scene: &mut Scene, layout: &Layout) {
             colour: Colour::INK,
             upwards: false,
             rim: false,
-            bold: true,
         }));
         y += TITLE * LINE;
     }
@@ -160,7 +159,6 @@ fn draw_axes(scene: &mut Scene, panel: &Panel, placed: &Placed) {
             colour: Colour::INK,
             upwards: true,
             rim: false,
-            bold: false,
         }));
     }
     scene.items.push(Item::Close);

@@ -71,7 +71,8 @@ impl Figure {
     /// As [`Figure::to_svg`], and [`PlotError::ImageSize`] where a side would be empty or longer than
     /// 16384 pixels.
     pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, PlotError> {
-        raster::png(&draw::scene(self)?, scale)
+        let scene = draw::scene(self)?;
+        raster::png(&svg::write(&scene), [scene.width, scene.height], scale)
     }
 
     /// Width and height in px that the figure takes.

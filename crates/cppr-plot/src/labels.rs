@@ -48,7 +48,6 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, placed: &Placed, font: &Fon
             colour: *colour,
             upwards: false,
             rim: true,
-            bold: false,
         }));
     }
 }

@@ -14,7 +14,7 @@ use crate::ticks::{Ticks, count, nice_step, ticks, ticks_at};
 
 pub(crate) const TICK: f64 = 11.5;
 pub(crate) const LABEL: f64 = 12.5;
-pub(crate) const TITLE: f64 = 14.0;
+pub(crate) const TITLE: f64 = 15.0;
 pub(crate) const HEADING: f64 = 12.5;
 /// Height of a line of text relative to its size.
 pub(crate) const LINE: f64 = 1.35;
@@ -259,7 +259,7 @@ pub(crate) fn axis_text(axis: &Axis, ticks: &Ticks) -> String {
     };
     let unit = match (power.is_empty(), axis.unit.is_empty()) {
         (true, true) => return axis.label.clone(),
-        (true, false) => axis.unit.clone(),
+        (true, false) => axis.unit.replace('-', "–"),
         (false, true) => power,
         (false, false) => format!("{power} {}", axis.unit),
     };

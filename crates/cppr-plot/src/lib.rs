@@ -4,7 +4,8 @@
 //! ones: [`shape_figure`] (poses of a robot, equal axes in mm), [`profile_figure`] (quantities along
 //! the robot, panels stacked over one axis) [`xy_figure`] (one quantity against another, stable and
 //! unstable branches apart) and [`cloud_figure`] (tip positions coloured by a quantity). [`Figure::to_svg`] and [`Figure::to_png`] write them; nothing here touches
-//! files, clocks or installed fonts, and the same figure gives the same bytes.
+//! files, clocks or installed fonts, and the same figure gives the same bytes (pixels of one figure may differ by rounding between
+//! kinds of processor).
 //!
 //! Figures from different functions combine: their panels can be moved into one [`Figure`].
 //!
@@ -24,7 +25,7 @@
 //! # }
 //! ```
 //!
-//! PNG text is drawn with Noto Sans (SIL Open Font License 1.1, from the crate `notosans`), which is
+//! The PNG is the SVG as resvg draws it, its text in Noto Sans (SIL Open Font License 1.1, from the crate `notosans`), which is
 //! embedded (licence text: `LICENSE-OFL-NotoSans.txt`); SVG text names it first, then falls back to any sans-serif face.
 
 mod cloud;

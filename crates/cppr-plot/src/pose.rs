@@ -9,6 +9,8 @@ pub struct ShapeInput {
     pub title: String,
     /// Poses, later ones above earlier ones.
     pub poses: Vec<Pose>,
+    /// What the poses' labels are, with their unit, for the legend; may be empty.
+    pub label_name: String,
     /// The robot at rest, drawn dimmed below all poses; may be empty.
     pub rest: Vec<Line>,
     /// What the dimmed lines are, for the legend; empty for `at rest`.
@@ -22,7 +24,7 @@ pub struct ShapeInput {
 /// One pose of the robot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pose {
-    /// Short text beside the tip, for example the actuation; may be empty.
+    /// Short text beside the tip, for example the actuation in the unit that [`ShapeInput::label_name`] gives; may be empty.
     pub label: String,
     /// Centroid lines and centreline.
     pub lines: Vec<Line>,

@@ -1,5 +1,5 @@
-//! The figure in px, x to the right and y down, as few kinds of marks as possible: what both writers
-//! (SVG and PNG) have to know.
+//! The figure in px, x to the right and y down, as few kinds of marks as possible: what the writer
+//! of SVG has to know.
 
 use crate::palette::Colour;
 
@@ -14,7 +14,7 @@ pub(crate) struct Scene {
 
 #[derive(Debug)]
 pub(crate) enum Item {
-    /// Begins a group; SVG only.
+    /// Begins a group.
     Open {
         class: &'static str,
     },
@@ -69,7 +69,6 @@ pub(crate) struct Text {
     pub(crate) upwards: bool,
     /// White rim that keeps the text apart from lines below it.
     pub(crate) rim: bool,
-    pub(crate) bold: bool,
 }
 
 impl Scene {
@@ -97,7 +96,6 @@ impl Scene {
             colour: Colour::INK,
             upwards: false,
             rim: false,
-            bold: false,
         }));
     }
 }

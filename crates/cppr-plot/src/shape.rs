@@ -179,7 +179,7 @@ impl Stage<'_> {
         if !tips.is_empty() {
             let marker = Marker { shape: MarkerShape::Circle, size: 5.5, colour: Colour::TIP, filled: true };
             panel.series.push(Series {
-                name: "tip".to_owned(),
+                name: tip_name(self.input),
                 points: tips,
                 marker: Some(marker),
                 ..Series::default()
@@ -240,6 +240,11 @@ fn stroke_of(part: Part) -> Stroke {
         // Thin dash-dot is the drawing convention for centrelines.
         Part::Centreline => Stroke { colour: Colour::INK, width: 0.9, dash: Dash::DashDot },
     }
+}
+
+/// Legend entry of the tips, which says what stands beside them.
+fn tip_name(input: &ShapeInput) -> String {
+    if input.label_name.is_empty() { "tip".to_owned() } else { format!("tip with {}", input.label_name) }
 }
 
 /// Centrelines are drawn in ink, unless they are all there is (`bare`).

@@ -184,14 +184,15 @@ pub(crate) fn draw_box(panel: &mut Panel, ends: &Ends) {
     let outward = [[-0.25, -1.0], [1.0, -0.75], [-1.0, 0.0]];
     for k in 0..3 {
         for (v, text) in marks[k].values.iter().zip(&marks[k].labels) {
-            panel.annotations.push(plain(view.project(edge(k, *v)), text, outward[k], 9.5));
+            panel.annotations.push(number(view.project(edge(k, *v)), text, outward[k], 9.5));
         }
         let at = view.project(edge(k, middle[k]));
-        let off = [0.17, 0.21, 0.24][k] * longest;
+        let off = [0.08, 0.08, 0.13][k] * longest;
         let length = f64::hypot(outward[k][0], outward[k][1]);
         let at = [at[0] + off * outward[k][0] / length, at[1] + off * outward[k][1] / length];
-        let name = ["X (mm)", "Y (mm)", "Z (mm)"][k];
-        panel.annotations.push(plain(at, name, [0.0, 0.0], 10.5));
+        let text = ["X (mm)", "Y (mm)", "Z (mm)"][k].to_owned();
+        let (towards, colour) = (outward[k], Colour::INK);
+        panel.annotations.push(Annotation::Text { at, text, towards, size: 10.5, colour, avoid: true });
     }
     let corners: Vec<[f64; 2]> = edges.iter().flatten().map(|p| view.project(*p)).collect();
     for (k, axis) in [&mut panel.x, &mut panel.y].into_iter().enumerate() {
@@ -202,7 +203,7 @@ pub(crate) fn draw_box(panel: &mut Panel, ends: &Ends) {
     }
 }
 
-fn plain(at: [f64; 2], text: &str, towards: [f64; 2], size: f64) -> Annotation {
+fn number(at: [f64; 2], text: &str, towards: [f64; 2], size: f64) -> Annotation {
     let text = text.to_owned();
     Annotation::Text { at, text, towards, size, colour: Colour::INK, avoid: false }
 }

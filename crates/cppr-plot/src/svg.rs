@@ -115,16 +115,13 @@ fn write_text(out: &mut String, text: &Text) {
     put(
         out,
         format_args!(
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" text-anchor=\"{anchor}\" fill=\"{}\"",
+            "<text xml:space=\"preserve\" x=\"{x}\" y=\"{y}\" font-size=\"{}\" text-anchor=\"{anchor}\" fill=\"{}\"",
             num(text.size),
             hex(text.colour)
         ),
     );
     if text.upwards {
         put(out, format_args!(" transform=\"rotate(-90 {x} {y})\""));
-    }
-    if text.bold {
-        out.push_str(" font-weight=\"bold\"");
     }
     if text.rim {
         out.push_str(

@@ -34,6 +34,9 @@ pub struct XyCurve {
     pub scattered: bool,
     /// A limit or reference (Euler's load, say): thin black dashes instead of the next colour.
     pub reference: bool,
+    /// Colour and dash of the curve of this rank, from 1, instead of the next ones: what has the same colour in several panels of a
+    /// figure is the same thing.
+    pub rank: Option<usize>,
 }
 
 impl XyCurve {
@@ -83,7 +86,7 @@ pub fn xy_figure(input: &XyInput) -> Result<Figure, PlotError> {
         let stroke = if curve.reference {
             Stroke { colour: Colour::INK, width: 1.2, dash: Dash::Dashed }
         } else {
-            rank += 1;
+            rank = curve.rank.unwrap_or(rank + 1);
             tube_stroke(rank)
         };
         let marker = marked.then_some(Marker {

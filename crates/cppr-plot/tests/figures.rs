@@ -223,6 +223,69 @@ fn axes_carry_units_and_markup() {
     }
 }
 
+/// Texts as resvg sets them, with the bounds of their glyphs: left, top, right, bottom.
+fn set_texts(svg: &str) -> Vec<(String, [f32; 4])> {
+    fn collect(group: &resvg::usvg::Group, out: &mut Vec<(String, [f32; 4])>) {
+        for node in group.children() {
+            match node {
+                resvg::usvg::Node::Group(group) => collect(group, out),
+                resvg::usvg::Node::Text(text) => {
+                    let content = text.chunks().iter().map(|c| c.text().to_owned()).collect();
+                    let b = text.flattened().abs_bounding_box();
+                    out.push((content, [b.left(), b.top(), b.right(), b.bottom()]));
+                }
+                _ => {}
+            }
+        }
+    }
+    let mut options = resvg::usvg::Options::default();
+    options.fontdb_mut().load_font_data(notosans::REGULAR_TTF.to_vec());
+    let mut out = Vec::new();
+    collect(resvg::usvg::Tree::from_str(svg, &options).unwrap().root(), &mut out);
+    out
+}
+
+/// Renderers other than browsers drop spaces at the ends of subscripts unless they are told to keep them.
+#[test]
+fn spaces_after_subscripts_are_kept() {
+    let svg = all()[2].to_svg().unwrap();
+    assert!(svg.matches("<text ").count() > 10);
+    assert_eq!(svg.matches("<text ").count(), svg.matches("<text xml:space=\"preserve\" ").count());
+    let texts = set_texts(&svg);
+    assert!(texts.iter().any(|(text, _)| text == "IZ (mm⁴)"), "{texts:?}");
+}
+
+/// Also along the curves of a fan, and in a perspective whose box is low.
+#[test]
+fn no_text_covers_another() {
+    let fan: Vec<Pose> = (-11..=11)
+        .step_by(2)
+        .map(|a| {
+            let bend = 0.012 * f64::from(a);
+            let along = |u: f64| [0.15 * u * (1.0 - bend * bend * u * u), 0.45 * bend * u * u, 0.0];
+            Pose { label: format!("{a}"), lines: vec![line(Part::Tube(1), along)], ..Pose::default() }
+        })
+        .collect();
+    let low = vec![Pose {
+        lines: vec![line(Part::Centreline, |u| [0.13 * u, -0.06 * u * u, -0.012 * u * u])],
+        ..Pose::default()
+    }];
+    let mut figures = all();
+    for poses in [fan, low] {
+        figures.push(shape_figure(&ShapeInput { poses, ..ShapeInput::default() }).unwrap());
+    }
+    for figure in figures {
+        let texts = set_texts(&figure.to_svg().unwrap());
+        assert!(texts.len() > 5);
+        for (i, (a, p)) in texts.iter().enumerate() {
+            for (b, q) in &texts[i + 1..] {
+                let apart = p[2] <= q[0] || q[2] <= p[0] || p[3] <= q[1] || q[3] <= p[1];
+                assert!(apart, "'{a}' and '{b}' overlap: {p:?} {q:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn png_has_the_asked_size_and_is_not_blank() {
     for figure in all() {
