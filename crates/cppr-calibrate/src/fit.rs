@@ -6,7 +6,7 @@ use cppr::Vector3;
 use cppr::analysis::Perturbed;
 use cppr::design::{Robot, RobotDesign};
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
-use cppr::statics::{Loads, RotationKnob, Wrench};
+use cppr::statics::{Loads, RotationMeans, Wrench};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -246,7 +246,7 @@ fn command(m: &Measurement, followers: usize) -> Command {
     if m.tip_force.norm() > 0.0 {
         loads.wrenches.push(Wrench { point: m.tip_point, ..Wrench::tip_force(m.tip_force) });
     }
-    Command { actuators, loads, knob: RotationKnob::Base }
+    Command { actuators, loads, rotation_means: RotationMeans::Base }
 }
 
 /// The model's point and direction for a measurement.

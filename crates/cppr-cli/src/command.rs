@@ -6,8 +6,8 @@ use cppr::Vector3;
 use cppr::analysis::{Shape, explained};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Formulation, Settings, Solver};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr::solve::{Command, Draft, Equilibrium, Formulation, Input, Quantity, Settings, Solver};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
 use cppr_io::RobotFile;
 use std::path::Path;
 
@@ -156,16 +156,16 @@ fn thread(text: &str) -> Result<Thread, String> {
 }
 
 impl CommandArgs {
-    /// Tubes whose translation (false) or rotation (true) is given.
-    pub fn given(&self) -> Vec<(usize, bool)> {
-        let of = |list: &[ForTube], turns: bool| list.iter().map(|f| (f.tube, turns)).collect::<Vec<_>>();
-        [
-            of(&self.drive.pull, false),
-            of(&self.drive.tension, false),
-            of(&self.drive.rotate, true),
-            of(&self.drive.torque, true),
-        ]
-        .concat()
+    /// Every actuator that is given, with its value.
+    fn drives(&self) -> impl Iterator<Item = (Quantity, ForTube)> + '_ {
+        let DriveArgs { pull, rotate, tension, torque, .. } = &self.drive;
+        let lists = Quantity::ALL.into_iter().zip([pull, tension, rotate, torque]);
+        lists.flat_map(|(quantity, list)| list.iter().map(move |own| (quantity, *own)))
+    }
+
+    /// Inputs that are given.
+    pub fn given(&self) -> Vec<Input> {
+        self.drives().map(|(quantity, own)| quantity.of_tube(own.tube)).collect()
     }
 
     /// Settings of the solver.
@@ -198,12 +198,6 @@ impl CommandArgs {
         if self.rest.tip_point.is_some() && self.drive.tip_force.is_none() && self.rest.thread.is_empty() {
             return fail("--tip-point says where a force acts: add --tip-force or --thread");
         }
-        let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
-        if self.rest.gravity.is_some() && (0..robot.tube_count()).all(massless) {
-            return fail(
-                "--gravity: this robot has no mass; add density_kg_m3 or mass_per_length_g_m to its file",
-            );
-        }
         if !self.rest.planar {
             return Ok(());
         }
@@ -233,42 +227,24 @@ impl CommandArgs {
     /// The command for a robot.
     pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
         self.check(robot)?;
-        let mut command = Command { loads: self.loads(), ..Command::held(robot) };
+        let mut draft = Draft::new(robot);
+        draft.command.loads = self.loads();
         if self.rest.relative_angle {
-            command.knob = RotationKnob::RelativeAngle;
+            draft.command.rotation_means = RotationMeans::RelativeAngle;
         }
-        let mut taken: Vec<(usize, bool)> = Vec::new();
-        for (name, list, turns, drive) in [
-            ("--pull", &self.drive.pull, false, Drive::Motion as fn(f64) -> Drive),
-            ("--tension", &self.drive.tension, false, Drive::Effort),
-            ("--rotate", &self.drive.rotate, true, Drive::Motion),
-            ("--torque", &self.drive.torque, true, Drive::Effort),
-        ] {
-            for &ForTube { tube, value } in list {
-                let Some(actuator) = command.actuators.get_mut(tube - 2) else {
-                    return Err(Failure::Input(no_such_tube(name, tube, robot)));
-                };
-                if taken.contains(&(tube, turns)) {
-                    let what = if turns { "rotation or torque" } else { "motion or force" };
-                    return Err(Failure::Input(format!("{name}: tube {tube} has its {what} given twice")));
-                }
-                taken.push((tube, turns));
-                let target: &mut Drive = match (turns, actuator) {
-                    (true, Actuator { rotation, .. }) => rotation,
-                    (false, Actuator { push_pull, .. }) => push_pull,
-                };
-                *target = drive(value);
-            }
+        for (quantity, ForTube { tube, value }) in self.drives() {
+            let problem = |p| Failure::Input(format!("--{}: {p}", quantity.keyword));
+            draft.set(quantity.of_tube(tube), value).map_err(problem)?;
         }
-        Ok(command)
+        Ok(draft.command)
     }
 
     fn loads(&self) -> Loads {
         let point = self.rest.tip_point.unwrap_or_default().into();
         let frame = if self.rest.follower_load { Frame::Section } else { Frame::World };
-        let mut loads = Loads::none();
+        let mut wrenches = Vec::new();
         if self.drive.tip_force.is_some() || self.drive.tip_moment.is_some() {
-            loads.wrenches.push(Wrench {
+            wrenches.push(Wrench {
                 force: self.drive.tip_force.unwrap_or_default().into(),
                 moment: self.drive.tip_moment.unwrap_or_default().into(),
                 frame,
@@ -278,12 +254,14 @@ impl CommandArgs {
         }
         for &(at, force) in &self.rest.point_force {
             let wrench = Wrench::tip_force(force.into());
-            loads.wrenches.push(Wrench { station: Station::Label(at), ..wrench });
+            wrenches.push(Wrench { station: Station::Label(at), ..wrench });
         }
-        loads.distributed.clone_from(&self.rest.distributed);
-        loads.gravity = self.rest.gravity.map(Vector3::from);
-        loads.threads = self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect();
-        loads
+        Loads {
+            wrenches,
+            distributed: self.rest.distributed.clone(),
+            gravity: self.rest.gravity.map(Vector3::from),
+            threads: self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect(),
+        }
     }
 }
 
@@ -310,13 +288,6 @@ pub fn thread_has_direction(loads: &Loads, shape: &Shape) -> Result<(), Failure>
             "--thread: the tip lies on the pulley, where the thread pulls in no direction; move the pulley"
                 .into(),
         )),
-    }
-}
-
-fn no_such_tube(option: &str, tube: usize, robot: &Robot) -> String {
-    match robot.tube_count() {
-        1 => format!("{option}: this robot has only its leader, nothing to actuate"),
-        count => format!("{option}: there is no tube {tube}; the followers of this robot are 2 to {count}"),
     }
 }
 

@@ -10,9 +10,9 @@ use crate::table::{millimetres, plain};
 use cppr::analysis::continuation::{
     Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing,
 };
-use cppr::analysis::{Freedom, Input, explained};
+use cppr::analysis::explained;
 use cppr::design::Robot;
-use cppr::solve::{Command, Drive};
+use cppr::solve::{Command, Drive, Input, Quantity};
 use cppr_io::continuation::ContinuationRecord;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -35,7 +35,7 @@ Exit codes: 0 traced (the table says how far), 2 wrong input, 3 no equilibrium t
 /// What varies along the path.
 #[derive(Clone, Copy)]
 enum Along {
-    Actuator { tube: usize, freedom: Freedom, is_motion: bool },
+    Actuator(Input),
     Load,
     Command,
 }
@@ -48,19 +48,17 @@ fn along(text: &str) -> Result<Along, String> {
             _ => return Err(format!("{number} is no follower: write for instance {name}=2")),
         },
     };
-    let (freedom, is_motion) = match name {
-        "pull" => (Freedom::PushPull, true),
-        "rotate" => (Freedom::Rotation, true),
-        "tension" => (Freedom::PushPull, false),
-        "torque" => (Freedom::Rotation, false),
+    if let Some(quantity) = Quantity::named(name) {
+        return Ok(Along::Actuator(quantity.of_tube(tube.unwrap_or(2))));
+    }
+    match name {
         "load" | "command" if tube.is_some() => {
-            return Err(format!("{name} takes everything at once: write it without a number"));
+            Err(format!("{name} takes everything at once: write it without a number"))
         }
-        "load" => return Ok(Along::Load),
-        "command" => return Ok(Along::Command),
-        _ => return Err("write pull, rotate, tension, torque (with =K for tube K), load or command".into()),
-    };
-    Ok(Along::Actuator { tube: tube.unwrap_or(2), freedom, is_motion })
+        "load" => Ok(Along::Load),
+        "command" => Ok(Along::Command),
+        _ => Err("write pull, rotate, tension, torque (with =K for tube K), load or command".into()),
+    }
 }
 
 /// Arguments of `cppr continue`.
@@ -164,36 +162,24 @@ fn family(args: &Args, mut command: Command) -> Result<Family, String> {
     };
     let said = |problem: FamilyProblem| problem.to_string();
     match args.along {
-        Along::Actuator { tube, freedom, is_motion } => {
-            let kind = match (freedom, is_motion) {
-                (Freedom::PushPull, true) => Kind::Length,
-                (Freedom::PushPull, false) => Kind::Force,
-                (Freedom::Rotation, true) => Kind::Angle,
-                (Freedom::Rotation, false) => Kind::Moment,
-            };
-            let (from, to) = both(Some(kind))?;
-            let tubes = command.actuators.len() + 1;
+        Along::Actuator(input) => {
+            let (from, to) = both(Some(Kind::of(input.quantity())))?;
+            let (tube, tubes) = (input.tube, command.actuators.len() + 1);
             let actuator = command
-                .actuators
-                .get_mut(tube - 2)
+                .actuator(tube)
                 .ok_or_else(|| format!("--along: {}", FamilyProblem::NoSuchTube { tube, tubes }))?;
-            let drive = match freedom {
-                Freedom::PushPull => &mut actuator.push_pull,
-                Freedom::Rotation => &mut actuator.rotation,
-            };
-            let make = if is_motion { Drive::Motion } else { Drive::Effort };
-            let given = match (*drive, is_motion) {
-                (Drive::Motion(value), true) | (Drive::Effort(value), false) => value,
+            let given = match actuator.drive(input.freedom) {
+                drive if drive.is_motion() == input.is_motion => drive.value(),
                 // What is not said is held where it is at rest.
-                (Drive::Motion(value), false) if value.abs() <= 0.0 => 0.0,
+                Drive::Motion(value) if value.abs() <= 0.0 => 0.0,
                 _ => {
                     return Err(format!(
                         "--along: tube {tube} is driven by motion and by effort; choose one"
                     ));
                 }
             };
-            *drive = make(from.unwrap_or(given));
-            Family::actuator(command, tube, freedom, to).map_err(said)
+            command.set(input, from.unwrap_or(given)).map_err(|problem| format!("--along: {problem}"))?;
+            Family::actuator(command, tube, input.freedom, to).map_err(said)
         }
         Along::Load => {
             let (from, to) = both(None)?;
@@ -222,23 +208,16 @@ pub struct Shown {
 }
 
 impl Shown {
-    fn actuator(tube: usize, freedom: Freedom, is_motion: bool) -> Self {
-        let (letter, words, unit, scale) = match (freedom, is_motion) {
-            (Freedom::PushPull, true) => ("Δa", "pull", "mm", 1e3),
-            (Freedom::PushPull, false) => ("T", "tension", "N", 1.0),
-            (Freedom::Rotation, true) => ("Ω", "rotation", "deg", 180.0 / std::f64::consts::PI),
-            (Freedom::Rotation, false) => ("Υ", "torque", "N mm", 1e3),
-        };
-        Self { symbol: format!("{letter}_{tube}"), words, unit, scale }
+    fn actuator(input: Input) -> Self {
+        let Quantity { symbol, name: words, shown_unit: unit, shown_size, .. } = input.quantity();
+        Self { symbol: format!("{symbol}_{}", input.tube), words, unit, scale: 1.0 / shown_size }
     }
 
     /// The parameter.
     pub fn parameter(parameter: Parameter) -> Self {
         let factor = |words: &'static str| Self { symbol: words.to_string(), words, unit: "", scale: 1.0 };
         match parameter {
-            Parameter::Actuator(Input { tube, freedom, is_motion }) => {
-                Self::actuator(tube, freedom, is_motion)
-            }
+            Parameter::Actuator(input) => Self::actuator(input),
             Parameter::LoadFactor => factor("load factor"),
             Parameter::Fraction => factor("command"),
         }
@@ -246,8 +225,8 @@ impl Shown {
 
     /// What answers an actuator.
     pub fn conjugate(parameter: Parameter) -> Option<Self> {
-        let Parameter::Actuator(Input { tube, freedom, is_motion }) = parameter else { return None };
-        Some(Self::actuator(tube, freedom, !is_motion))
+        let Parameter::Actuator(input) = parameter else { return None };
+        Some(Self::actuator(input.conjugate()))
     }
 
     fn heading(&self) -> String {
@@ -286,7 +265,7 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
             };
             let value = |x: f64, digits| format!("{:>13}", plain(x, digits));
             let effort = conjugate.as_ref().map_or(String::new(), |c| {
-                let conjugate = family.parameter().conjugate(point.equilibrium.actuators());
+                let conjugate = family.parameter().conjugate(&point.equilibrium);
                 value(conjugate.unwrap_or(0.0) * c.scale, 5)
             });
             let tip = <[f64; 3]>::from(point.tip).map(|x| format!("{:>11}", plain(x * 1e3, 3))).join("");

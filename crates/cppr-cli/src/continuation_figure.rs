@@ -26,7 +26,7 @@ pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
     };
     let place = |p: &PathPoint| match &conjugate {
         Some(conjugate) => {
-            let answer = family.parameter().conjugate(p.equilibrium.actuators()).unwrap_or(0.0);
+            let answer = family.parameter().conjugate(&p.equilibrium).unwrap_or(0.0);
             [p.parameter * parameter.scale, answer * conjugate.scale]
         }
         None => [(p.tip[component] - rest) * 1e3, p.parameter],

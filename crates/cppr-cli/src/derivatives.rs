@@ -2,13 +2,13 @@
 
 use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot};
-use crate::free::{efforts_json, name, unit};
+use crate::free::{efforts_json, name};
 use crate::output::{self, report, write_or_print};
 use crate::table::plain;
-use cppr::analysis::{Freedom, Input, Perturbed, Sensitivity};
+use cppr::analysis::{Perturbed, Sensitivity};
 use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Solver};
-use cppr::statics::RotationKnob;
+use cppr::solve::{Equilibrium, Freedom, Input, Solver};
+use cppr::statics::RotationMeans;
 use cppr::{Matrix3, Vector3};
 use cppr_sweep::DesignKeys;
 use serde_json::{Value, json};
@@ -122,17 +122,19 @@ fn by_key(
 fn conjugates(solver: &mut Solver, found: &Equilibrium, inputs: &[Input]) -> Vec<f64> {
     let base = solver.shape_at(found, &[0.0]).sections.remove(0);
     let conjugate = |input: &Input| {
-        let (state, tube) = (found.actuators()[input.tube - 2], input.tube - 1);
+        let tube = input.tube - 1;
         let motion = base.tubes[tube].abscissa;
         match (input.freedom, input.is_motion) {
-            (Freedom::PushPull, true) => state.tension,
-            (Freedom::Rotation, true) => state.torque,
+            // Efforts move with the unknowns.
+            (_, true) => {
+                found.actuator(input.tube).map_or(f64::NAN, |state| state.get(input.conjugate().quantity()))
+            }
             (Freedom::PushPull, false) => motion,
             (Freedom::Rotation, false) => {
                 let direction = |x: f64| found.robot().fields_at(tube, x).direction;
-                let slid = match found.command().knob {
-                    RotationKnob::Base => direction(0.0) - direction(motion),
-                    RotationKnob::RelativeAngle => 0.0,
+                let slid = match found.command().rotation_means {
+                    RotationMeans::Base => direction(0.0) - direction(motion),
+                    RotationMeans::RelativeAngle => 0.0,
                 };
                 slid - base.angles[tube - 1]
             }
@@ -141,22 +143,17 @@ fn conjugates(solver: &mut Solver, found: &Equilibrium, inputs: &[Input]) -> Vec
     inputs.iter().map(conjugate).collect()
 }
 
-/// Size and unit of what answers to an input.
-fn answer_unit(input: Input) -> (f64, &'static str) {
-    unit(Input { is_motion: !input.is_motion, ..input })
-}
-
 fn table(robot: &Robot, found: &Equilibrium, exact: &Sensitivity, keys: &[ByKey]) -> String {
     let degree = 1.0_f64.to_radians();
     let sizes: Vec<f64> = [1e-3, 1e-3, 1e-3, degree, degree, degree]
         .into_iter()
-        .chain(exact.inputs.iter().map(|i| answer_unit(*i).0))
+        .chain(exact.inputs.iter().map(|i| i.conjugate().quantity().shown_size))
         .collect();
     let mut heads: Vec<String> =
         ["x mm", "y mm", "z mm", "rot x deg", "rot y deg", "rot z deg"].map(String::from).into();
     heads.extend(exact.inputs.iter().map(|i| {
-        let answer = Input { is_motion: !i.is_motion, ..*i };
-        format!("{} {}", name(answer).replace("tube ", "t"), answer_unit(*i).1)
+        let answer = i.conjugate();
+        format!("{} {}", name(answer).replace("tube ", "t"), answer.quantity().shown_unit)
     }));
     let mut text = format!("{}: {}\n", robot.design().name, crate::table::status(found));
     let mut line = |head: &str, cells: Vec<String>| {
@@ -174,8 +171,8 @@ fn table(robot: &Robot, found: &Equilibrium, exact: &Sensitivity, keys: &[ByKey]
     for (c, input) in exact.inputs.iter().enumerate() {
         let values =
             exact.tip_jacobian.column(c).iter().chain(exact.response.column(c).iter()).copied().collect();
-        let (size, unit) = unit(*input);
-        row(format!("{} ({unit})", name(*input)), values, size);
+        let quantity = input.quantity();
+        row(format!("{} ({})", name(*input), quantity.shown_unit), values, quantity.shown_size);
     }
     for (c, (head, size)) in [
         ("tip force x (N)", 1.0),

@@ -5,7 +5,7 @@ use crate::output;
 use cppr::Vector3;
 use cppr::analysis::Shape;
 use cppr::solve::{Drive, Equilibrium, Formulation, Solver};
-use cppr::statics::{Frame, RotationKnob, Station};
+use cppr::statics::{Frame, RotationMeans, Station};
 use cppr_plot::{Figure, Force, Line, Marks, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
 
@@ -139,12 +139,11 @@ fn forces(solver: &mut Solver, found: &Equilibrium) -> Vec<Force> {
 /// Name, actuation, and the formulation where it is not the consistent one.
 pub fn title(found: &Equilibrium) -> String {
     let mut parts = vec![found.robot().design().name.clone()];
-    let knob = match found.command().knob {
-        RotationKnob::Base => "Ω",
-        RotationKnob::RelativeAngle => "−Δθ",
+    let rotation_means = match found.command().rotation_means {
+        RotationMeans::Base => "Ω",
+        RotationMeans::RelativeAngle => "−Δθ",
     };
-    for (f, (drive, state)) in found.command().actuators.iter().zip(found.actuators()).enumerate() {
-        let tube = f + 2;
+    for (drive, (tube, state)) in found.command().actuators.iter().zip(found.followers()) {
         parts.push(match drive.push_pull {
             Drive::Motion(_) => format!("Δa_{{{tube}}} = {} mm", number(state.motion * 1e3)),
             Drive::Effort(_) => format!("T_{{{tube}}} = {} N", number(state.tension)),
@@ -152,7 +151,7 @@ pub fn title(found: &Equilibrium) -> String {
         match drive.rotation {
             Drive::Motion(angle) if angle.abs() <= 0.0 => {}
             Drive::Motion(_) => {
-                parts.push(format!("{knob}_{{{tube}}} = {}°", number(state.rotation.to_degrees())));
+                parts.push(format!("{rotation_means}_{{{tube}}} = {}°", number(state.rotation.to_degrees())));
             }
             Drive::Effort(_) => parts.push(format!("Υ_{{{tube}}} = {} N mm", number(state.torque * 1e3))),
         }

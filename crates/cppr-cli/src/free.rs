@@ -4,9 +4,9 @@ use crate::Failure;
 use crate::command::CommandArgs;
 use crate::quantity::{ForTube, Kind, bounds};
 use crate::table::plain;
-use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within, inputs_of};
-use cppr::analysis::{Freedom, Input, Teeth, absurd_demand, governing};
-use cppr::solve::{Command, Equilibrium, Solver};
+use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
+use cppr::analysis::{Teeth, absurd_demand, governing};
+use cppr::solve::{Command, Equilibrium, Freedom, Input, Quantity, Solver};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -31,10 +31,11 @@ impl FreeArgs {
     ) -> Result<Vec<FreeInput>, Failure> {
         let settings = args.settings();
         let given = args.given();
-        let is_given = |input: Input| given.contains(&(input.tube, input.freedom == Freedom::Rotation));
+        let is_given = |input: Input| given.iter().any(|own: &Input| own.is_same_freedom(input));
         let turns = settings.resolution.angle > 0;
-        let wanted: Vec<Input> = inputs_of(command)
-            .into_iter()
+        let wanted: Vec<Input> = command
+            .inputs()
+            .map(|(input, _)| input)
             .filter(|i| !is_given(*i) && (turns || i.freedom == Freedom::PushPull))
             .collect();
         let told = |input: Input| {
@@ -84,25 +85,9 @@ pub fn failure(problem: &InverseProblem) -> Failure {
     }
 }
 
-/// Size of the unit in which an input is shown, and its name.
-pub fn unit(input: Input) -> (f64, &'static str) {
-    match (input.freedom, input.is_motion) {
-        (Freedom::PushPull, true) => (1e-3, "mm"),
-        (Freedom::PushPull, false) => (1.0, "N"),
-        (Freedom::Rotation, true) => (std::f64::consts::PI / 180.0, "deg"),
-        (Freedom::Rotation, false) => (1e-3, "N mm"),
-    }
-}
-
 /// `tube 2 pull`.
 pub fn name(input: Input) -> String {
-    let what = match (input.freedom, input.is_motion) {
-        (Freedom::PushPull, true) => "pull",
-        (Freedom::PushPull, false) => "tension",
-        (Freedom::Rotation, true) => "rotate",
-        (Freedom::Rotation, false) => "torque",
-    };
-    format!("tube {} {what}", input.tube)
+    format!("tube {} {}", input.tube, input.quantity().keyword)
 }
 
 /// One line of a table.
@@ -119,7 +104,7 @@ pub fn inputs_table(
     uncertainty: Option<&Uncertainty>,
 ) {
     for (i, own) in free.iter().enumerate() {
-        let (size, unit) = unit(own.input);
+        let Quantity { shown_size: size, shown_unit: unit, .. } = own.input.quantity();
         let [low, high] = own.bounds.map(|b| plain(b / size, 2));
         let spread =
             uncertainty.map_or(String::new(), |u| format!(" ± {:<7}", spread(u.deviations[i] / size)));
@@ -144,8 +129,8 @@ pub fn three(values: [f64; 3], digits: usize) -> String {
 
 /// Efforts, margin and the nearest limit of an answer.
 pub fn state_table(text: &mut String, solver: &mut Solver, found: &Equilibrium) {
-    for (f, actuator) in found.actuators().iter().enumerate() {
-        let head = format!("tube {} needs", f + 2);
+    for (tube, actuator) in found.followers() {
+        let head = format!("tube {tube} needs");
         let (force, torque) = (plain(actuator.tension, 4), plain(actuator.torque * 1e3, 4));
         line(text, &head, &format!("{force:>9} N and {torque} N mm"));
     }
@@ -169,14 +154,7 @@ pub fn inputs_json(
 ) -> Value {
     let one = |i: usize| {
         let own = &free[i];
-        let unit = match (own.input.freedom, own.input.is_motion) {
-            (Freedom::PushPull, true) => "m",
-            (Freedom::PushPull, false) => "N",
-            (Freedom::Rotation, true) => "rad",
-            (Freedom::Rotation, false) => "Nm",
-        };
-        let name = name(own.input);
-        let actuator = name.rsplit(' ').next().unwrap_or_default();
+        let Quantity { keyword: actuator, unit, .. } = own.input.quantity();
         // JSON has no infinity: an unknown deviation is null.
         json!({
             "tube": own.input.tube, "actuator": actuator, "unit": unit, "value": values[i], "at_bound": at_bound[i],
@@ -188,6 +166,6 @@ pub fn inputs_json(
 
 /// Efforts of an answer as JSON.
 pub fn efforts_json(found: &Equilibrium) -> Value {
-    let one = |(f, a): (usize, &cppr::solve::ActuatorState)| json!({ "tube": f + 2, "pull_m": a.motion, "rotation_rad": a.rotation, "tension_N": a.tension, "torque_Nm": a.torque });
-    found.actuators().iter().enumerate().map(one).collect()
+    let one = |(tube, a): (usize, &cppr::solve::ActuatorState)| json!({ "tube": tube, "pull_m": a.motion, "rotation_rad": a.rotation, "tension_N": a.tension, "torque_Nm": a.torque });
+    found.followers().map(one).collect()
 }

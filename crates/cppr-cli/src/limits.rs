@@ -7,11 +7,11 @@ use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
 use crate::table::{millimetres, plain};
 use cppr::analysis::{
-    Bound, Freedom, Governing, Input, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth,
-    euler_load, first_greatest, governing, notch_capacities,
+    Bound, Governing, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
+    first_greatest, governing, notch_capacities,
 };
 use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Status};
+use cppr::solve::{Equilibrium, Input, Status};
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -111,23 +111,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Number and unit of an input's value for people.
 fn shown(input: Input, value: f64) -> String {
-    let (number, unit) = match (input.freedom, input.is_motion) {
-        (Freedom::PushPull, true) => (value * 1e3, "mm"),
-        (Freedom::PushPull, false) => (value, "N"),
-        (Freedom::Rotation, true) => (value.to_degrees(), "deg"),
-        (Freedom::Rotation, false) => (value * 1e3, "N mm"),
-    };
-    format!("{:>9} {unit}", plain(number, 3))
-}
-
-/// What the value of an input is called.
-fn name(input: Input) -> &'static str {
-    match (input.freedom, input.is_motion) {
-        (Freedom::PushPull, true) => "pull",
-        (Freedom::PushPull, false) => "tension",
-        (Freedom::Rotation, true) => "rotate",
-        (Freedom::Rotation, false) => "torque",
-    }
+    let quantity = input.quantity();
+    format!("{:>9} {}", plain(quantity.shown(value), 3), quantity.shown_unit)
 }
 
 /// Which notch of which tube.
@@ -198,7 +183,7 @@ impl Report {
                 for range in ranges {
                     for (which, end) in [("from", &range.low), ("to", &range.high)] {
                         let head = if which == "from" {
-                            format!("tube {} {}", range.input.tube, name(range.input))
+                            format!("tube {} {}", range.input.tube, range.input.quantity().keyword)
                         } else {
                             String::new()
                         };
@@ -237,10 +222,10 @@ impl Report {
         if let Some(margin) = self.margin {
             line("margin", plain(margin, 4), "", "1 at rest, 0 where it snaps".into());
         }
-        for (f, actuator) in self.found.actuators().iter().enumerate() {
+        for (tube, actuator) in self.found.followers() {
             let times = plain(actuator.tension.abs() / euler_load(&self.robot), 2);
             let rest = format!("{times} times Euler's load (eq 99; guided tubes bear more)");
-            line(&format!("tube {} tension", f + 2), plain(actuator.tension, 4), "N", rest);
+            line(&format!("tube {tube} tension"), plain(actuator.tension, 4), "N", rest);
         }
         if self.found.status() == Status::Unstable {
             line("warning", String::new(), "", "this equilibrium is unstable".into());
@@ -387,12 +372,7 @@ pub fn governing_json(g: &Governing) -> Value {
 }
 
 fn range_json(range: &SafeRange) -> Value {
-    let unit = match (range.input.freedom, range.input.is_motion) {
-        (Freedom::PushPull, true) => "m",
-        (Freedom::PushPull, false) => "N",
-        (Freedom::Rotation, true) => "rad",
-        (Freedom::Rotation, false) => "Nm",
-    };
+    let unit = range.input.quantity().unit;
     let end = |end: &RangeEnd| {
         let (why, governing) = match end.bound {
             Bound::Limit(g) => (limit(g.limit), Some(governing_json(&g))),
@@ -402,7 +382,7 @@ fn range_json(range: &SafeRange) -> Value {
         json!({ "value": end.value, "bound": why, "governing": governing })
     };
     json!({
-        "tube": range.input.tube, "actuator": name(range.input), "unit": unit, "start": range.start,
+        "tube": range.input.tube, "actuator": range.input.quantity().keyword, "unit": unit, "start": range.start,
         "low": end(&range.low), "high": end(&range.high),
     })
 }

@@ -1,5 +1,7 @@
 //! Values with units as they are typed: `5mm`, `-0.5N`, `30deg`, `0,0,-0.5N`. All become SI.
 
+use cppr::solve::{Freedom, Quantity};
+
 /// What a value measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -18,6 +20,16 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// What a motion or an effort of an actuator measures.
+    pub fn of(quantity: Quantity) -> Self {
+        match (quantity.freedom, quantity.is_motion) {
+            (Freedom::PushPull, true) => Self::Length,
+            (Freedom::PushPull, false) => Self::Force,
+            (Freedom::Rotation, true) => Self::Angle,
+            (Freedom::Rotation, false) => Self::Moment,
+        }
+    }
+
     /// Units with their SI values; the first is the one suggested.
     fn units(self) -> &'static [(&'static str, f64)] {
         const DEGREE: f64 = std::f64::consts::PI / 180.0;

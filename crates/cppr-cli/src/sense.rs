@@ -7,9 +7,9 @@ use crate::output::{self, report, write_or_print};
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
-use cppr::analysis::Freedom;
 use cppr::analysis::inverse::{Measured, Principal, Sensed};
 use cppr::design::Robot;
+use cppr::solve::{Freedom, Quantity};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -173,8 +173,9 @@ const FAR: f64 = 5.0;
 
 fn missed(measured: &Measured, miss: f64) -> String {
     let what = match measured {
-        Measured::Effort(tube, Freedom::PushPull, ..) => format!("the measured tension of tube {tube}"),
-        Measured::Effort(tube, Freedom::Rotation, ..) => format!("the measured torque of tube {tube}"),
+        Measured::Effort(tube, freedom, ..) => {
+            format!("the measured {} of tube {tube}", Quantity::of(*freedom, false).name)
+        }
         Measured::Position(..) => "the measured position".into(),
         Measured::Direction(..) => "the measured direction".into(),
     };

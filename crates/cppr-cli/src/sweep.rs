@@ -6,8 +6,8 @@ use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
 use crate::figure;
 use crate::output::{self, note, print};
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
-use cppr::analysis::{Freedom, Input, Teeth, absurd_demand};
-use cppr::solve::CommandProblem;
+use cppr::analysis::{Teeth, absurd_demand};
+use cppr::solve::{CommandProblem, Quantity};
 use cppr_sweep::{
     Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
     write_file,
@@ -296,14 +296,12 @@ fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
     for (component, span) in args.tip_moment.into_iter().flatten().enumerate() {
         add("--tip-moment", Variable::Moment { wrench: 0, component }, Spread::Span(span))?;
     }
-    for (option, list, freedom, is_motion) in [
-        ("--pull", &args.pull, Freedom::PushPull, true),
-        ("--tension", &args.tension, Freedom::PushPull, false),
-        ("--rotate", &args.rotate, Freedom::Rotation, true),
-        ("--torque", &args.torque, Freedom::Rotation, false),
-    ] {
+    for (quantity, list) in
+        Quantity::ALL.into_iter().zip([&args.pull, &args.tension, &args.rotate, &args.torque])
+    {
         for &ForTube { tube, value } in list {
-            add(option, Variable::Actuator(Input { tube, freedom, is_motion }), Spread::Span(value))?;
+            let option = format!("--{}", quantity.keyword);
+            add(&option, Variable::Actuator(quantity.of_tube(tube)), Spread::Span(value))?;
         }
     }
     if axes.is_empty() {

@@ -72,8 +72,8 @@ pub fn table(
         };
         line("bend angle", format!("{:>10} deg{along}", plain(bend, 3)));
     }
-    for (f, a) in found.actuators().iter().enumerate() {
-        let name = format!("tube {}", f + 2);
+    for (tube, a) in found.followers() {
+        let name = format!("tube {tube}");
         let motion = format!("pulled {:>9} mm with {:>9} N", plain(a.motion * 1e3, 3), plain(a.tension, 4));
         let turn = format!(
             "turned {:>9} deg with {:>9} N mm",

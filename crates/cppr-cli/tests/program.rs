@@ -306,7 +306,7 @@ fn wrong_values_are_refused_with_what_to_write() {
     solve(&["--pull", "5N"], "known units here: mm");
     solve(&["--pull", "nanmm"], "not a finite number");
     solve(&["--pull", "infm"], "not a finite number");
-    solve(&["--pull", "3=5mm"], "there is no tube 3; the followers of this robot are 2 to 2");
+    solve(&["--pull", "3=5mm"], "there is no tube 3; the only follower of this robot is tube 2");
     solve(&["--pull", "1=5mm"], "tube 1 is the leader");
     solve(&["--pull", "5mm", "--tension", "2N"], "given twice");
     solve(&["--pull", "5m"], "Check the unit");

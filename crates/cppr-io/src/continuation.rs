@@ -8,7 +8,6 @@ use crate::result::{
 };
 use crate::result_format::Lines;
 use cppr::analysis::continuation::{Branch, End, Family, Parameter, PathPoint, PointKind};
-use cppr::analysis::{Freedom, Input};
 use cppr::solve::Solver;
 use serde::Serialize;
 use std::fmt::Write;
@@ -36,7 +35,7 @@ pub struct ContinuationRecord {
     /// Number of modes and nodes.
     pub resolution: ResolutionRecord,
     /// What varies: `pull_m`, `rotation_rad`, `tension_N`, `torque_Nm`, `load_factor` or `command_fraction`.
-    pub parameter: &'static str,
+    pub parameter: String,
     /// Whose actuator it is; null for loads and commands.
     pub parameter_tube: Option<usize>,
     /// The first one, then those that leave it.
@@ -91,19 +90,11 @@ pub struct PointRecord {
 }
 
 /// The name of a parameter with its unit, and its tube.
-fn parameter(parameter: Parameter) -> (&'static str, Option<usize>) {
+fn parameter(parameter: Parameter) -> (String, Option<usize>) {
     match parameter {
-        Parameter::Actuator(Input { tube, freedom, is_motion }) => {
-            let name = match (freedom, is_motion) {
-                (Freedom::PushPull, true) => "pull_m",
-                (Freedom::PushPull, false) => "tension_N",
-                (Freedom::Rotation, true) => "rotation_rad",
-                (Freedom::Rotation, false) => "torque_Nm",
-            };
-            (name, Some(tube))
-        }
-        Parameter::LoadFactor => ("load_factor", None),
-        Parameter::Fraction => ("command_fraction", None),
+        Parameter::Actuator(input) => (input.quantity().column(), Some(input.tube)),
+        Parameter::LoadFactor => ("load_factor".into(), None),
+        Parameter::Fraction => ("command_fraction".into(), None),
     }
 }
 

@@ -11,7 +11,7 @@ use cppr::analysis::{Section, Shape, TubeSection, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
-use cppr::statics::{Frame, Loads, RotationKnob, Station};
+use cppr::statics::{Frame, Loads, RotationMeans, Station};
 use cppr::{Matrix3, Vector3};
 use serde::Serialize;
 
@@ -360,8 +360,8 @@ impl CommandRecord {
     pub fn new(command: &Command, robot: &Robot) -> Self {
         let motion = |d: Drive| if let Drive::Motion(v) = d { Some(v) } else { None };
         let effort = |d: Drive| if let Drive::Effort(v) = d { Some(v) } else { None };
-        let drives = command.actuators.iter().enumerate().map(|(f, a)| DriveRecord {
-            tube: f + 2,
+        let drives = command.actuators.iter().zip(robot.followers()).map(|(a, tube)| DriveRecord {
+            tube,
             pull_m: motion(a.push_pull),
             tension_N: effort(a.push_pull),
             rotation_rad: motion(a.rotation),
@@ -369,9 +369,9 @@ impl CommandRecord {
         });
         Self {
             actuators: drives.collect(),
-            rotation_means: match command.knob {
-                RotationKnob::Base => "base",
-                RotationKnob::RelativeAngle => "relative_angle",
+            rotation_means: match command.rotation_means {
+                RotationMeans::Base => "base",
+                RotationMeans::RelativeAngle => "relative_angle",
             },
             loads: LoadsRecord::new(&command.loads, robot),
         }
@@ -380,7 +380,8 @@ impl CommandRecord {
 
 impl LoadsRecord {
     fn new(loads: &Loads, robot: &Robot) -> Self {
-        let wrenches = loads.wrenches.iter().map(|w| {
+        let Loads { wrenches, distributed, gravity, threads } = loads;
+        let wrenches = wrenches.iter().map(|w| {
             let (on, at_m) = match w.station {
                 Station::Tip => ("tip", robot.length()),
                 Station::Label(label) => ("section", label),
@@ -394,8 +395,7 @@ impl LoadsRecord {
                 point_m: w.point.into(),
             }
         });
-        let distributed = loads.distributed.iter();
-        let threads = loads.threads.iter().map(|t| ThreadRecord {
+        let threads = threads.iter().map(|t| ThreadRecord {
             tension_N: t.tension,
             pulley_m: t.pulley.into(),
             radius_m: t.radius,
@@ -405,19 +405,20 @@ impl LoadsRecord {
         Self {
             wrenches: wrenches.collect(),
             distributed: distributed
+                .iter()
                 .map(|d| DistributedRecord { from_m: d.from, to_m: d.to, force_N_m: d.force.into() })
                 .collect(),
             threads: threads.collect(),
-            gravity_m_s2: loads.gravity.map(Vector3::into),
+            gravity_m_s2: gravity.map(Vector3::into),
         }
     }
 }
 
 pub(crate) fn actuators(found: &Equilibrium) -> Vec<ActuatorRecord> {
-    let states = found.actuators().iter().enumerate();
+    let states = found.followers();
     states
-        .map(|(f, a)| ActuatorRecord {
-            tube: f + 2,
+        .map(|(tube, a)| ActuatorRecord {
+            tube,
             pull_m: a.motion,
             rotation_rad: a.rotation,
             tension_N: a.tension,

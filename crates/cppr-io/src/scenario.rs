@@ -7,7 +7,7 @@
 //!
 //! | table | keys |
 //! |---|---|
-//! | the file | `formulation` ("consistent" or "printed"), `stretch` (false), `rotation_means` ("base" or "relative_angle"), `gravity_m_s2` |
+//! | the file | `formulation` ("consistent" or "printed"), `stretch` (false), `modes` ("default", "paper" or "planar"), `refine` (1 to 8), `rotation_means` ("base" or "relative_angle"), `gravity_m_s2` |
 //! | `[[actuator]]` | `tube` (2, 3, …), `pull_mm` or `tension_N`, `rotate_deg` or `torque_Nmm` |
 //! | `[tip]` | `force_N`, `moment_Nmm`, `point_mm` (in the tip's frame), `turns_with_tip` (false) |
 //! | `[[point_force]]` | `at_mm`, `force_N` |
@@ -20,8 +20,9 @@
 
 use cppr::Vector3;
 use cppr::design::{Robot, RobotDesign, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr::kinematics::Resolution;
+use cppr::solve::{Command, CommandProblem, Draft, Formulation, Freedom, Quantity, Settings};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
 use serde::{Deserialize, Serialize};
 
 /// Largest scenario file (bytes).
@@ -35,6 +36,12 @@ pub struct Scenario {
     pub formulation: FormulationName,
     /// Do the tubes stretch?
     pub stretch: bool,
+    /// Modes of the fields.
+    #[serde(skip_serializing_if = "is_default")]
+    pub modes: ModesName,
+    /// By how much modes and nodes are multiplied, 1 to 8, to see whether the answer stays.
+    #[serde(skip_serializing_if = "is_default")]
+    pub refine: Refinement,
     /// What a rotation is.
     pub rotation_means: RotationName,
     /// Gravitational acceleration.
@@ -69,6 +76,45 @@ pub enum FormulationName {
     Consistent,
     /// The paper's projection of wrenches.
     Printed,
+}
+
+/// Modes of the fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModesName {
+    /// Tip within 1e-4 of the length, for every robot shipped.
+    #[default]
+    Default,
+    /// The paper's 3 + 3 + 3 + 2.
+    Paper,
+    /// Five modes, nothing leaves the plane.
+    Planar,
+}
+
+/// A factor on modes and nodes from 1 to 8.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "usize")]
+pub struct Refinement(usize);
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+impl TryFrom<usize> for Refinement {
+    type Error = String;
+
+    fn try_from(factor: usize) -> Result<Self, String> {
+        if (1..=Resolution::FINEST_REFINEMENT).contains(&factor) {
+            return Ok(Self(factor));
+        }
+        Err(format!("refine is {factor}; it must be from 1 to {}", Resolution::FINEST_REFINEMENT))
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// What a rotation is.
@@ -204,14 +250,20 @@ impl Scenario {
         toml::to_string(self).map_err(|e| e.to_string())
     }
 
-    /// How to solve, at the given resolution.
+    /// How to solve.
     #[must_use]
     pub fn settings(&self) -> Settings {
         let formulation = match self.formulation {
             FormulationName::Consistent => Formulation::Consistent,
             FormulationName::Printed => Formulation::Printed,
         };
-        let settings = Settings { formulation, ..Settings::default() };
+        let modes = match self.modes {
+            ModesName::Default => Resolution::SPATIAL,
+            ModesName::Paper => Resolution::PAPER,
+            ModesName::Planar => Resolution::PLANAR,
+        };
+        let resolution = modes.refined(self.refine.0);
+        let settings = Settings { formulation, resolution, ..Settings::default() };
         if self.stretch { settings.with_stretch() } else { settings }
     }
 
@@ -245,88 +297,90 @@ impl Scenario {
     /// # Errors
     /// Every entry that cannot be asked of it. What concerns single numbers, [`Command::check`] says.
     pub fn command(&self, robot: &Robot) -> Result<Command, Vec<String>> {
-        let mut command = Command { loads: self.loads(), ..Command::held(robot) };
+        let mut draft = Draft::new(robot);
+        draft.command.loads = self.loads();
         if self.rotation_means == RotationName::RelativeAngle {
-            command.knob = RotationKnob::RelativeAngle;
+            draft.command.rotation_means = RotationMeans::RelativeAngle;
         }
         let mut problems = Vec::new();
-        let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
-        if self.gravity_m_s2.is_some() && (0..robot.tube_count()).all(massless) {
-            problems.push("gravity_m_s2: this robot has no mass; add a density to its file".to_string());
+        if let Err(problem) = draft.command.loads.check(robot) {
+            problems.push(problem.to_string());
         }
-        let mut taken = vec![false; robot.follower_count()];
+        let mut entries: Vec<usize> = Vec::new();
         for entry in &self.actuator {
             let number = entry.tube;
-            let index = number.checked_sub(2).filter(|&i| i < robot.follower_count());
-            let Some(index) = index else {
-                problems.push(format!(
-                    "actuator: tube {number} is no follower; those of this robot are {}",
-                    followers(robot)
-                ));
-                continue;
-            };
-            if std::mem::replace(&mut taken[index], true) {
+            if entries.contains(&number) {
                 problems.push(format!("actuator: tube {number} is given twice"));
+                continue;
             }
-            let pull = one(entry.pull_mm, entry.tension_N, 1e-3, 1.0);
-            let turn = one(entry.rotate_deg, entry.torque_Nmm, std::f64::consts::PI / 180.0, 1e-3);
-            let both = match (pull, turn) {
-                (Some(push_pull), Some(rotation)) => {
-                    command.actuators[index] = Actuator { push_pull, rotation };
-                    continue;
+            entries.push(number);
+            if draft.command.actuator(number).is_none() {
+                problems.push(format!("actuator: {}", draft.command.no_such_tube(number)));
+            }
+            for (quantity, key, value) in entry.given() {
+                match draft.set(quantity.of_tube(number), value) {
+                    Ok(()) | Err(CommandProblem::NoSuchTube { .. }) => {}
+                    Err(CommandProblem::Twice { earlier, .. }) => {
+                        let other = ActuatorEntry::key(earlier.quantity());
+                        problems.push(format!("actuator of tube {number}: give {other} or {key}, not both"));
+                    }
+                    Err(problem) => problems.push(format!("actuator: {problem}")),
                 }
-                (None, _) => "pull_mm or tension_N",
-                _ => "rotate_deg or torque_Nmm",
-            };
-            problems.push(format!("actuator of tube {number}: give {both}, not both"));
+            }
         }
-        if problems.is_empty() { Ok(command) } else { Err(problems) }
+        if problems.is_empty() { Ok(draft.command) } else { Err(problems) }
     }
 
     fn loads(&self) -> Loads {
-        let mut loads = Loads::none();
-        loads.gravity = self.gravity_m_s2.map(Vector3::from);
-        loads.wrenches.extend(self.tip.map(|tip| Wrench {
+        let on_tip = self.tip.map(|tip| Wrench {
             force: tip.force_N.into(),
             moment: Vector3::from(tip.moment_Nmm) * 1e-3,
             frame: if tip.turns_with_tip { Frame::Section } else { Frame::World },
             station: Station::Tip,
             point: metres(tip.point_mm),
-        }));
-        loads.wrenches.extend(self.point_force.iter().map(|p| Wrench {
+        });
+        let along = self.point_force.iter().map(|p| Wrench {
             station: Station::Label(p.at_mm * 1e-3),
             ..Wrench::tip_force(p.force_N.into())
-        }));
-        loads.distributed.extend(self.distributed.iter().map(|d| DistributedForce {
+        });
+        let distributed = self.distributed.iter().map(|d| DistributedForce {
             force: d.force_N_m.into(),
             from: d.from_mm * 1e-3,
             to: d.to_mm * 1e-3,
-        }));
-        loads.threads.extend(self.thread.iter().map(|t| Thread {
+        });
+        let threads = self.thread.iter().map(|t| Thread {
             tension: t.tension_N,
             pulley: metres(t.pulley_mm),
             radius: t.radius_mm * 1e-3,
             left: t.side == Side::Left,
             point: metres(t.point_mm),
-        }));
-        loads
+        });
+        Loads {
+            wrenches: on_tip.into_iter().chain(along).collect(),
+            distributed: distributed.collect(),
+            gravity: self.gravity_m_s2.map(Vector3::from),
+            threads: threads.collect(),
+        }
     }
 }
 
-/// The followers of a robot, for people.
-fn followers(robot: &Robot) -> String {
-    match robot.tube_count() {
-        1 => "none".into(),
-        2 => "2".into(),
-        count => format!("2 to {count}"),
+impl ActuatorEntry {
+    /// What is given, with its key and its value in SI.
+    fn given(&self) -> impl Iterator<Item = (Quantity, &'static str, f64)> {
+        let values = [self.pull_mm, self.tension_N, self.rotate_deg, self.torque_Nmm];
+        let all = Quantity::ALL.into_iter().zip(values);
+        all.filter_map(|(quantity, value)| {
+            Some((quantity, Self::key(quantity), value? * quantity.shown_size))
+        })
     }
-}
 
-/// Motion or effort in SI; `None` where both are given.
-fn one(motion: Option<f64>, effort: Option<f64>, motion_unit: f64, effort_unit: f64) -> Option<Drive> {
-    match (motion, effort) {
-        (Some(_), Some(_)) => None,
-        (None, Some(effort)) => Some(Drive::Effort(effort * effort_unit)),
-        (motion, None) => Some(Drive::Motion(motion.unwrap_or(0.0) * motion_unit)),
+    /// The key of a quantity.
+    fn key(quantity: Quantity) -> &'static str {
+        match (quantity.freedom, quantity.is_motion) {
+            (Freedom::PushPull, true) => "pull_mm",
+            (Freedom::PushPull, false) => "tension_N",
+            (Freedom::Rotation, true) => "rotate_deg",
+            (Freedom::Rotation, false) => "torque_Nmm",
+        }
     }
 }

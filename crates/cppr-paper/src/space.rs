@@ -9,7 +9,7 @@ use crate::{PaperError, Scenario};
 use cppr::Vector3;
 use cppr::design::{BelowPlate, Profile, Robot, Torsion, TubeDesign};
 use cppr::solve::{Command, Settings};
-use cppr::statics::{Loads, RotationKnob};
+use cppr::statics::{Loads, RotationMeans};
 use cppr_plot::{Axis, Colouring, Pose, XyCurve, XyInput, xy_figure};
 
 /// Two tubes under a sideways weight.
@@ -78,7 +78,7 @@ pub fn star(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         for &pull in &scenario.pulls_mm {
             let command = Command::pull(&share.map(|s| s * pull * 1e-3));
             let ours = solved(&robot, &command, &consistent())?;
-            let printed = Command { knob: RotationKnob::RelativeAngle, ..command };
+            let printed = Command { rotation_means: RotationMeans::RelativeAngle, ..command };
             let theirs = solved(&robot, &printed, &printed_space())?;
             let (a, b) = (ours.centre_mm(), theirs.centre_mm());
             for (axis, letter) in ["x", "y", "z"].iter().enumerate() {
@@ -260,7 +260,7 @@ pub fn helicoid(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     let (mut rows, mut held, mut turning) = (Vec::new(), Vec::new(), Vec::new());
     for &pull in &scenario.pulls_mm {
         let motor = actuated(pull, 0.0);
-        let angle = Command { knob: RotationKnob::RelativeAngle, ..motor.clone() };
+        let angle = Command { rotation_means: RotationMeans::RelativeAngle, ..motor.clone() };
         let a = solved(&robot, &angle, &consistent())?;
         let m = solved(&robot, &motor, &consistent())?;
         let p = solved(&robot, &angle, &printed_space())?;

@@ -7,22 +7,15 @@ use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
 use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing};
-use cppr::analysis::{
-    Bound as Why, Freedom, Governing, Input, Limit, Place, RangeEnd, SectionLimit, Teeth, governing,
-};
+use cppr::analysis::{Bound as Why, Governing, Limit, Place, RangeEnd, SectionLimit, Teeth, governing};
+use cppr::solve::Input;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use std::sync::Arc;
 
 /// ("pull", 2) and its like.
 pub fn input(input: &Input) -> (&'static str, usize) {
-    let means = match (input.freedom, input.is_motion) {
-        (Freedom::PushPull, true) => "pull",
-        (Freedom::PushPull, false) => "tension",
-        (Freedom::Rotation, true) => "rotate",
-        (Freedom::Rotation, false) => "torque",
-    };
-    (means, input.tube)
+    (input.quantity().keyword, input.tube)
 }
 
 fn teeth(py: Python<'_>, text: &str) -> PyResult<Teeth> {

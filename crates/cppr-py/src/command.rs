@@ -5,11 +5,11 @@
 use crate::arrays::{number, vector};
 use crate::design::pick;
 use crate::errors;
+use cppr::Vector3;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Drive, Formulation, Settings};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
-use cppr::{Vector3, solve::Actuator};
+use cppr::solve::{Command, Draft, Formulation, Freedom, Quantity, Settings};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -22,136 +22,58 @@ const STRONG: f64 = 300.0;
 /// Torques that twist the stiffest tube by more turns than this are taken for another unit.
 const TWISTS: f64 = 5.0;
 
-/// How an actuator is driven: `pull`, `rotate`, `tension`, `torque`.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Means {
-    Pull,
-    Rotate,
-    Tension,
-    Torque,
-}
-
-impl Means {
-    pub const ALL: [Self; 4] = [Self::Pull, Self::Rotate, Self::Tension, Self::Torque];
-
-    pub fn name(self) -> &'static str {
-        ["pull", "rotate", "tension", "torque"][self as usize]
-    }
-
-    /// Sets a value of one follower.
-    pub fn set(self, actuator: &mut Actuator, value: f64) {
-        match self {
-            Self::Pull => actuator.push_pull = Drive::Motion(value),
-            Self::Tension => actuator.push_pull = Drive::Effort(value),
-            Self::Rotate => actuator.rotation = Drive::Motion(value),
-            Self::Torque => actuator.rotation = Drive::Effort(value),
+/// A sentence where a number looks like another unit.
+pub fn suspicious(quantity: Quantity, robot: &Robot, value: f64) -> Option<String> {
+    let middle = 0.5 * robot.length();
+    let fields = || (0..robot.tube_count()).map(|t| robot.fields_at(t, middle));
+    let (size, length) = (value.abs(), robot.length());
+    let bending = || fields().map(|f| f.bending_z).sum::<f64>();
+    let torsion = || fields().map(|f| f.torsion).fold(0.0, f64::max);
+    match (quantity.freedom, quantity.is_motion) {
+        (Freedom::Rotation, true) if size > TURNS * TAU => Some(format!(
+            "rotate is {value} rad, {:.1} turns; angles are in radians: 90 degrees is 1.5708",
+            value / TAU
+        )),
+        (Freedom::PushPull, false) if size > STRONG * bending() / (length * length) => {
+            Some(format!("tension is {value} N, far more than this robot can carry; forces are in newtons"))
         }
-    }
-
-    fn turns(self) -> bool {
-        matches!(self, Self::Rotate | Self::Torque)
-    }
-
-    /// A sentence where a number looks like another unit.
-    pub fn suspicious(self, robot: &Robot, value: f64) -> Option<String> {
-        let middle = 0.5 * robot.length();
-        let fields = || (0..robot.tube_count()).map(|t| robot.fields_at(t, middle));
-        let (size, length) = (value.abs(), robot.length());
-        let bending = || fields().map(|f| f.bending_z).sum::<f64>();
-        let torsion = || fields().map(|f| f.torsion).fold(0.0, f64::max);
-        match self {
-            Self::Rotate if size > TURNS * TAU => Some(format!(
-                "rotate is {value} rad, {:.1} turns; angles are in radians: 90 degrees is 1.5708",
-                value / TAU
-            )),
-            Self::Tension if size > STRONG * bending() / (length * length) => Some(format!(
-                "tension is {value} N, far more than this robot can carry; forces are in newtons"
-            )),
-            Self::Torque if size > TWISTS * TAU * torsion() / length => Some(format!(
-                "torque is {value} N m, which twists this robot by many turns; torques are in newton metres: 20 N mm is 0.020"
-            )),
-            _ => None,
-        }
+        (Freedom::Rotation, false) if size > TWISTS * TAU * torsion() / length => Some(format!(
+            "torque is {value} N m, which twists this robot by many turns; torques are in newton metres: 20 N mm is 0.020"
+        )),
+        _ => None,
     }
 }
 
-/// Which followers' degrees of freedom are taken already.
-pub struct Taken<'a> {
-    robot: &'a Robot,
-    list: Vec<(usize, bool)>,
-}
-
-impl<'a> Taken<'a> {
-    pub fn new(robot: &'a Robot) -> Self {
-        Self { robot, list: Vec::new() }
-    }
-
-    /// Index of the follower with a tube number, where it is free.
-    pub fn claim(&mut self, py: Python<'_>, means: Means, tube: i64) -> PyResult<usize> {
-        let (name, followers) = (means.name(), self.robot.follower_count());
-        let Some(follower) = usize::try_from(tube - 2).ok().filter(|f| *f < followers) else {
-            return Err(errors::command(
-                py,
-                match (followers, tube) {
-                    (0, _) => format!("{name}: this robot has only its leader, nothing to actuate"),
-                    (_, 1) => format!(
-                        "{name}: tube 1 is the leader, clamped in the baseplate; followers are 2 to {}",
-                        followers + 1
-                    ),
-                    (1, _) => {
-                        format!("{name}: there is no tube {tube}; the only follower of this robot is tube 2")
-                    }
-                    _ => format!(
-                        "{name}: there is no tube {tube}; the followers of this robot are 2 to {}",
-                        followers + 1
-                    ),
-                },
-            ));
-        };
-        if self.list.contains(&(follower, means.turns())) {
-            let (one, other) = if means.turns() { ("rotate", "torque") } else { ("pull", "tension") };
-            return Err(errors::command(
-                py,
-                format!("tube {tube} is given both {one} and {other}: give one of them"),
-            ));
-        }
-        self.list.push((follower, means.turns()));
-        Ok(follower)
-    }
-}
-
-fn drive(
-    command: &mut Command,
-    taken: &mut Taken<'_>,
-    means: Means,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<()> {
+fn drive(draft: &mut Draft, robot: &Robot, quantity: Quantity, value: &Bound<'_, PyAny>) -> PyResult<()> {
     let py = value.py();
-    let mut set = |tube: i64, value: f64| -> PyResult<()> {
-        let follower = taken.claim(py, means, tube)?;
-        if let Some(text) = means.suspicious(taken.robot, value) {
-            errors::unit_warning(py, &text)?;
+    let mut set = |tube: usize, value: f64| -> PyResult<()> {
+        let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
+        draft.set(quantity.of_tube(tube), value).map_err(refused)?;
+        match suspicious(quantity, robot, value) {
+            Some(text) => errors::unit_warning(py, &text),
+            None => Ok(()),
         }
-        if let Some(actuator) = command.actuators.get_mut(follower) {
-            means.set(actuator, value);
-        }
-        Ok(())
     };
     if let Ok(tubes) = value.cast::<PyDict>() {
         for (tube, value) in tubes {
-            set(tube_number(means, &tube)?, number(means.name(), &value)?)?;
+            set(tube_number(quantity, &tube)?, number(quantity.keyword, &value)?)?;
         }
         return Ok(());
     }
     let wanted = "a number (for tube 2) or a dict from tube number to number; solve_many takes arrays";
-    set(2, number(means.name(), value).map_err(|_| errors::wrong_type(means.name(), wanted, value))?)
+    set(2, number(quantity.keyword, value).map_err(|_| errors::wrong_type(quantity.keyword, wanted, value))?)
 }
 
 /// A key of a dict of tubes.
-pub fn tube_number(means: Means, key: &Bound<'_, PyAny>) -> PyResult<i64> {
-    key.extract()
-        .map_err(|_| errors::wrong_type(&format!("a tube of {}", means.name()), "a tube number", key))
+pub fn tube_number(quantity: Quantity, key: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let what = format!("a tube of {}", quantity.keyword);
+    let number: i64 = key.extract().map_err(|_| errors::wrong_type(&what, "a tube number", key))?;
+    // No tube has a negative number, nor the largest one.
+    Ok(usize::try_from(number).unwrap_or(usize::MAX))
 }
+
+/// The quantities in the order of the keywords: `pull`, `rotate`, `tension`, `torque`.
+pub const KEYWORDS: [Quantity; 4] = [Quantity::PULL, Quantity::ROTATION, Quantity::TENSION, Quantity::TORQUE];
 
 /// `pull`, `rotate`, `tension`, `torque`, as far as they are given.
 pub type Drives<'py> = [Option<Bound<'py, PyAny>>; 4];
@@ -169,8 +91,8 @@ pub struct Asked<'a, 'py> {
 impl Asked<'_, '_> {
     /// The command and the settings, unchecked.
     pub fn read(&self, robot: &Robot) -> PyResult<(Command, Settings)> {
-        let (settings, knob) = settings(self.settings)?;
-        let mut command = Command { knob, ..Command::held(robot) };
+        let (settings, rotation_means) = settings(self.settings)?;
+        let mut command = Command { rotation_means, ..Command::held(robot) };
         self.put(robot, &mut command)?;
         if self.tip_force.is_some() || self.tip_moment.is_some() {
             let read = |what, value: Option<&Bound<'_, PyAny>>| {
@@ -181,25 +103,26 @@ impl Asked<'_, '_> {
             command.loads.wrenches.push(wrench);
         }
         if let Some(list) = self.loads {
-            add_loads(&mut command, robot, list)?;
+            add_loads(&mut command, list)?;
         }
         Ok((command, settings))
     }
 
     /// Puts the prescribed values into a command; what is not given stays.
     pub fn put(&self, robot: &Robot, command: &mut Command) -> PyResult<()> {
-        let mut taken = Taken::new(robot);
-        for (means, value) in Means::ALL.into_iter().zip(self.drives) {
+        let mut draft = Draft::of(command.clone());
+        for (quantity, value) in KEYWORDS.into_iter().zip(self.drives) {
             if let Some(value) = value {
-                drive(command, &mut taken, means, value)?;
+                drive(&mut draft, robot, quantity, value)?;
             }
         }
+        *command = draft.command;
         Ok(())
     }
 }
 
 /// Adds the dataclasses of `cppr._loads`.
-fn add_loads(command: &mut Command, robot: &Robot, list: &Bound<'_, PyAny>) -> PyResult<()> {
+fn add_loads(command: &mut Command, list: &Bound<'_, PyAny>) -> PyResult<()> {
     let wanted = "a list of Wrench, DistributedForce, Gravity and Thread";
     for load in list.try_iter().map_err(|_| errors::wrong_type("loads", wanted, list))? {
         let load = load?;
@@ -227,11 +150,6 @@ fn add_loads(command: &mut Command, robot: &Robot, list: &Bound<'_, PyAny>) -> P
                 to: scalar("end")?,
             }),
             "Gravity" => {
-                let massless = |tube| robot.fields_at(tube, robot.length()).mass_per_length <= 0.0;
-                if (0..robot.tube_count()).all(massless) {
-                    let text = "gravity acts on nothing: this robot has no mass; give its tubes a density or a mass per length";
-                    return Err(errors::command(load.py(), text));
-                }
                 let own = three("acceleration")?;
                 command.loads.gravity = Some(command.loads.gravity.map_or(own, |g| g + own));
             }
@@ -260,7 +178,8 @@ pub fn loads<'py>(py: Python<'py>, loads: &Loads) -> PyResult<Bound<'py, PyTuple
     let class = |name: &str| module.getattr(name);
     let three = |v: &Vector3<f64>| (v.x, v.y, v.z);
     let mut list = Vec::new();
-    for w in &loads.wrenches {
+    let Loads { wrenches, distributed, gravity, threads } = loads;
+    for w in wrenches {
         let at = match w.station {
             Station::Tip => None,
             Station::Label(label) => Some(label),
@@ -268,13 +187,13 @@ pub fn loads<'py>(py: Python<'py>, loads: &Loads) -> PyResult<Bound<'py, PyTuple
         let frame = if w.frame == Frame::World { "base" } else { "section" };
         list.push(class("Wrench")?.call1((three(&w.force), three(&w.moment), at, three(&w.point), frame))?);
     }
-    for d in &loads.distributed {
+    for d in distributed {
         list.push(class("DistributedForce")?.call1((three(&d.force), d.from, d.to))?);
     }
-    if let Some(gravity) = &loads.gravity {
+    if let Some(gravity) = gravity {
         list.push(class("Gravity")?.call1((three(gravity),))?);
     }
-    for t in &loads.threads {
+    for t in threads {
         let side = if t.left { "left" } else { "right" };
         let own = (t.tension, three(&t.pulley), t.radius, side, three(&t.point));
         list.push(class("Thread")?.call1(own)?);
@@ -283,8 +202,8 @@ pub fn loads<'py>(py: Python<'py>, loads: &Loads) -> PyResult<Bound<'py, PyTuple
 }
 
 /// The dataclass `Settings`.
-pub fn settings(value: Option<&Bound<'_, PyAny>>) -> PyResult<(Settings, RotationKnob)> {
-    let Some(value) = value else { return Ok((Settings::default(), RotationKnob::Base)) };
+pub fn settings(value: Option<&Bound<'_, PyAny>>) -> PyResult<(Settings, RotationMeans)> {
+    let Some(value) = value else { return Ok((Settings::default(), RotationMeans::Base)) };
     if value.get_type().name()? != "Settings" {
         return Err(errors::wrong_type("settings", "a Settings", value));
     }
@@ -316,6 +235,7 @@ pub fn settings(value: Option<&Bound<'_, PyAny>>) -> PyResult<(Settings, Rotatio
         iterations: count("iterations", 100_000)?,
         smallest_step: positive("smallest_step")?,
     };
-    let knob = if flag("relative_angle")? { RotationKnob::RelativeAngle } else { RotationKnob::Base };
-    Ok((if flag("stretch")? { settings.with_stretch() } else { settings }, knob))
+    let rotation_means =
+        if flag("relative_angle")? { RotationMeans::RelativeAngle } else { RotationMeans::Base };
+    Ok((if flag("stretch")? { settings.with_stretch() } else { settings }, rotation_means))
 }

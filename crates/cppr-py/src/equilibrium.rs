@@ -261,11 +261,11 @@ impl Equilibrium {
             p.y,
             p.z
         );
-        for (f, a) in self.found.actuators().iter().enumerate() {
+        for (tube, a) in self.found.followers() {
             let _ = write!(
                 text,
                 "; tube {}: {:.3} mm, {:.4} N, {:.4} rad, {:.4} N mm",
-                f + 2,
+                tube,
                 a.motion * 1e3,
                 a.tension,
                 a.rotation,

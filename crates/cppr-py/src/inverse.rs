@@ -4,12 +4,13 @@
 
 use crate::analysis::input;
 use crate::arrays::{dynamic, line, number, vector};
-use crate::command::{Means, tube_number};
+use crate::command::tube_number;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
+use cppr::analysis::Teeth;
 use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within};
-use cppr::analysis::{Freedom, Teeth};
+use cppr::solve::Quantity;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::fmt::Display;
@@ -114,24 +115,26 @@ pub fn sense<'py>(
     moment: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut measured = Vec::new();
-    for (i, (effort, means)) in efforts.iter().zip([Means::Tension, Means::Torque]).enumerate() {
+    let command = equilibrium.found.command();
+    for (i, (effort, quantity)) in efforts.iter().zip([Quantity::TENSION, Quantity::TORQUE]).enumerate() {
         let Some(effort) = effort else { continue };
-        let freedom = if i == 0 { Freedom::PushPull } else { Freedom::Rotation };
-        let mut add = |tube: i64, value: f64| -> PyResult<()> {
-            let followers = equilibrium.shared.robot.follower_count();
-            let Some(tube) = usize::try_from(tube).ok().filter(|t| (2..followers + 2).contains(t)) else {
-                return Err(errors::command(py, format!("{}: there is no follower {tube}", means.name())));
-            };
-            measured.push(Measured::Effort(tube, freedom, value, deviations[i]));
+        let mut add = |tube: usize, value: f64| -> PyResult<()> {
+            if command.actuator(tube).is_none() {
+                return Err(errors::command(
+                    py,
+                    format!("{}: there is no follower {tube}", quantity.keyword),
+                ));
+            }
+            measured.push(Measured::Effort(tube, quantity.freedom, value, deviations[i]));
             Ok(())
         };
         match effort.cast::<PyDict>() {
             Ok(tubes) => {
                 for (tube, value) in tubes {
-                    add(tube_number(means, &tube)?, number(means.name(), &value)?)?;
+                    add(tube_number(quantity, &tube)?, number(quantity.keyword, &value)?)?;
                 }
             }
-            Err(_) => add(2, number(means.name(), effort)?)?,
+            Err(_) => add(2, number(quantity.keyword, effort)?)?,
         }
     }
     if let Some(position) = position {

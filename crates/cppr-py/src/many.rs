@@ -3,12 +3,12 @@
 //! Every pose is solved from rest, so that its answer depends neither on its neighbours, save for rounding, nor on the number
 //! of threads.
 
-use crate::command::{Asked, Means, Taken};
+use crate::command::{Asked, KEYWORDS, suspicious};
 use crate::errors;
 use crate::robot::{Robot, Shared};
 use crate::watch::watched;
 use cppr::many::{Solved, Start};
-use cppr::solve::{Command, CommandProblem, Reason, Solver, Status};
+use cppr::solve::{Command, CommandProblem, Draft, Input, Reason, Solver, Status};
 use cppr::statics::Wrench;
 use cppr_sweep::{ONE_BLOCK, Poses};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
@@ -30,7 +30,7 @@ struct Job<'a> {
     shared: &'a Shared,
     base: &'a Command,
     solver: &'a Solver,
-    columns: Vec<(Means, usize, &'a [f64])>,
+    columns: Vec<(Input, &'a [f64])>,
     force: Option<&'a [f64]>,
     moment: Option<&'a [f64]>,
     extras: Extras,
@@ -39,8 +39,11 @@ struct Job<'a> {
 impl Job<'_> {
     /// Puts the numbers of a pose into a copy of the base command.
     fn set(&self, command: &mut Command, pose: usize) {
-        for (means, follower, values) in &self.columns {
-            means.set(&mut command.actuators[*follower], values[pose]);
+        for (input, values) in &self.columns {
+            // The draft of the first pose has taken all columns.
+            if let Some(actuator) = command.actuator_mut(input.tube) {
+                *actuator.drive_mut(input.freedom) = input.prescribed(values[pose]);
+            }
         }
         let three = |values: &[f64]| [values[3 * pose], values[3 * pose + 1], values[3 * pose + 2]].into();
         // The tip wrench that varies is the last one.
@@ -176,7 +179,7 @@ pub fn solve_many(
     let solver = Solver::with_settings(core, settings).map_err(|problem| errors::command(py, problem))?;
     let extras = Extras { jacobian, margin: stability, sections };
     let (poses, width) = (out.as_array().nrows(), width(core.follower_count(), extras));
-    let mut taken = Taken::new(core);
+    let mut draft = Draft::of(base.clone());
     let mut job = Job {
         shared: &robot.shared,
         base: &base,
@@ -187,16 +190,19 @@ pub fn solve_many(
         extras,
     };
     for (means, tube, values) in &columns {
-        let means = Means::ALL[*means % 4];
+        let quantity = KEYWORDS[*means % 4];
         let values = values.as_slice()?;
         let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if let Some(text) = means.suspicious(core, largest) {
+        if let Some(text) = suspicious(quantity, core, largest) {
             errors::unit_warning(py, &text)?;
         }
-        job.columns.push((means, taken.claim(py, means, *tube)?, values));
+        let input = quantity.of_tube(usize::try_from(*tube).unwrap_or(usize::MAX));
+        let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
+        draft.set(input, 0.0).map_err(refused)?;
+        job.columns.push((input, values));
     }
     let lengths =
-        job.columns.iter().map(|c| c.2.len()).chain(job.force.iter().chain(&job.moment).map(|v| v.len() / 3));
+        job.columns.iter().map(|c| c.1.len()).chain(job.force.iter().chain(&job.moment).map(|v| v.len() / 3));
     if out.as_array().ncols() != width || lengths.into_iter().any(|n| n != poses) {
         return Err(PyValueError::new_err("the arrays of the poses differ in length"));
     }

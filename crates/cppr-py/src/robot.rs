@@ -103,7 +103,7 @@ impl Robot {
     /// Tube numbers of the followers.
     #[getter]
     fn followers(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
-        Ok(PyTuple::new(py, (0..self.shared.robot.follower_count()).map(|f| f + 2))?.unbind())
+        Ok(PyTuple::new(py, self.shared.robot.followers().collect::<Vec<_>>())?.unbind())
     }
 
     /// True where all centroid lines at rest lie in the X-Y plane.

@@ -6,7 +6,8 @@ use crate::design::pick;
 use crate::errors;
 use crate::robot::Robot;
 use crate::watch::watched;
-use cppr::analysis::{Freedom, Input, Teeth};
+use cppr::analysis::Teeth;
+use cppr::solve::Quantity;
 use cppr::statics::Wrench;
 use cppr_io::robot_file;
 use cppr_sweep::{Axis, FileOptions, FileProblem, Format, Plan, Task, Values, Variable, Verdict, write_file};
@@ -22,14 +23,10 @@ type AxisArguments = (String, usize, String, String, f64, f64, u32);
 
 fn axis(arguments: AxisArguments) -> Axis {
     let (what, index, key, distribution, a, b, count) = arguments;
-    let actuator = |freedom, is_motion| Variable::Actuator(Input { tube: index, freedom, is_motion });
-    let variable = match what.as_str() {
-        "pull" => actuator(Freedom::PushPull, true),
-        "rotate" => actuator(Freedom::Rotation, true),
-        "tension" => actuator(Freedom::PushPull, false),
-        "torque" => actuator(Freedom::Rotation, false),
-        "tip_force" => Variable::Force { wrench: 0, component: index },
-        "tip_moment" => Variable::Moment { wrench: 0, component: index },
+    let variable = match (Quantity::named(&what), what.as_str()) {
+        (Some(quantity), _) => Variable::Actuator(quantity.of_tube(index)),
+        (None, "tip_force") => Variable::Force { wrench: 0, component: index },
+        (None, "tip_moment") => Variable::Moment { wrench: 0, component: index },
         _ => Variable::Design(key),
     };
     let values = match distribution.as_str() {

@@ -1,7 +1,6 @@
 //! What varies in a sweep, and over which values.
 
-use cppr::analysis::{Freedom, Input};
-use cppr::solve::{Command, Drive};
+use cppr::solve::{Command, Input};
 use cppr::statics::Station;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -68,15 +67,7 @@ impl Variable {
             _ => format!("load{}", wrench + 1),
         };
         match self {
-            Self::Actuator(Input { tube, freedom, is_motion }) => {
-                let what = match (freedom, is_motion) {
-                    (Freedom::PushPull, true) => "pull_m",
-                    (Freedom::PushPull, false) => "tension_N",
-                    (Freedom::Rotation, true) => "rotation_rad",
-                    (Freedom::Rotation, false) => "torque_Nm",
-                };
-                format!("input_tube{tube}_{what}")
-            }
+            Self::Actuator(input) => format!("input_tube{}_{}", input.tube, input.quantity().column()),
             Self::Force { wrench, component: c } => {
                 format!("input_{}_force_{}_N", place(*wrench), component(*c))
             }
@@ -90,14 +81,10 @@ impl Variable {
     /// Puts a value into a command; a design key leaves it as it is.
     pub(crate) fn put(&self, command: &mut Command, value: f64) {
         match *self {
-            Self::Actuator(Input { tube, freedom, is_motion }) => {
-                let drive = if is_motion { Drive::Motion(value) } else { Drive::Effort(value) };
-                if let Some(actuator) = command.actuators.get_mut(tube.wrapping_sub(2)) {
-                    match freedom {
-                        Freedom::PushPull => actuator.push_pull = drive,
-                        Freedom::Rotation => actuator.rotation = drive,
-                    }
-                }
+            Self::Actuator(input) => {
+                // A task that was checked has the tube.
+                let there = command.set(input, value);
+                debug_assert!(there.is_ok(), "{there:?}");
             }
             Self::Force { wrench, component } => {
                 if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {

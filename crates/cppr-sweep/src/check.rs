@@ -3,7 +3,6 @@
 use crate::axis::{Values, Variable};
 use crate::design::{DesignKeys, KeyProblem};
 use crate::task::{MOST_POSES, Plan, Task};
-use cppr::analysis::Freedom;
 use cppr::solve::SettingsProblem;
 use std::fmt;
 
@@ -84,9 +83,9 @@ impl Task {
             if self.plan == Plan::Grid && matches!(axis.values, Values::Normal { .. }) {
                 return Err(TaskProblem::NotSampled(name));
             }
-            let (tubes, wrenches) = (self.robot.tube_count(), self.base.loads.wrenches.len());
+            let wrenches = self.base.loads.wrenches.len();
             let there = match axis.variable {
-                Variable::Actuator(input) => (2..=tubes).contains(&input.tube),
+                Variable::Actuator(input) => self.base.actuator(input.tube).is_some(),
                 Variable::Force { wrench, component } | Variable::Moment { wrench, component } => {
                     wrench < wrenches && component < 3
                 }
@@ -123,10 +122,7 @@ impl Task {
 /// Motion and effort of one freedom are the same input.
 fn same_input(a: &Variable, b: &Variable) -> bool {
     match (a, b) {
-        (Variable::Actuator(a), Variable::Actuator(b)) => {
-            a.tube == b.tube
-                && matches!(a.freedom, Freedom::PushPull) == matches!(b.freedom, Freedom::PushPull)
-        }
+        (Variable::Actuator(a), Variable::Actuator(b)) => a.is_same_freedom(*b),
         _ => a == b,
     }
 }

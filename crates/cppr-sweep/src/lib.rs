@@ -11,15 +11,14 @@
 //! chunk is solved by a fresh solver, along a path through its grid on which neighbours follow each other.
 //!
 //! ```
-//! use cppr::analysis::{Freedom, Input};
-//! use cppr::{design::Robot, solve::{Command, Settings}};
+//! use cppr::{design::Robot, solve::{Command, Quantity, Settings}};
 //! use cppr_sweep::{Axis, Plan, Task, Values, Variable, run};
 //! use std::{ops::ControlFlow, sync::atomic::AtomicBool};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot_text = std::fs::read_to_string("../../robots/r1.toml")?;
 //! let robot = Robot::from_design(cppr_io::robot_file::parse(&robot_text)?.design)?;
-//! let pull = Variable::Actuator(Input { tube: 2, freedom: Freedom::PushPull, is_motion: true });
+//! let pull = Variable::Actuator(Quantity::PULL.of_tube(2));
 //! let task = Task {
 //!     base: Command::held(&robot),
 //!     settings: Settings::planar(),

@@ -4,7 +4,7 @@ use crate::axis::Variable;
 use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::table::{Chunk, Verdict};
-use crate::task::{Inputs, Task};
+use crate::task::{Inputs, STATE, Task};
 use cppr::many::{March, Solved, Start};
 use cppr::solve::Solver;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -83,10 +83,9 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
     tip.centre.iter().for_each(|v| put(*v));
     quaternion(&tip.rotation).into_iter().for_each(&mut put);
     for actuator in equilibrium.actuators() {
-        put(actuator.motion);
-        put(actuator.rotation);
-        put(actuator.tension);
-        put(actuator.torque);
+        for quantity in STATE {
+            put(actuator.get(quantity));
+        }
     }
     put(equilibrium.elastic_energy());
     if task.margin {

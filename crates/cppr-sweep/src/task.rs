@@ -6,8 +6,12 @@ use crate::halton::Halton;
 use crate::table::{Column, Kind};
 use cppr::analysis::Teeth;
 use cppr::design::Robot;
-use cppr::solve::{Command, Settings};
+use cppr::solve::{Command, Quantity, Settings};
 use std::ops::Range;
+
+/// Motions and efforts of an actuator, in the order of their columns.
+pub(crate) const STATE: [Quantity; 4] =
+    [Quantity::PULL, Quantity::ROTATION, Quantity::TENSION, Quantity::TORQUE];
 
 /// Most poses of one task: a thousand million rows are some 200 GB.
 pub const MOST_POSES: u64 = 1_000_000_000;
@@ -59,9 +63,9 @@ impl Task {
         columns.push(Column { name: "status".into(), kind: Kind::Status });
         let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
         columns.extend(tip.map(|name| number(name.into())));
-        for tube in 2..2 + self.robot.follower_count() {
-            let own = ["pull_m", "rotation_rad", "tension_N", "torque_Nm"];
-            columns.extend(own.map(|name| number(format!("tube{tube}_{name}"))));
+        for tube in self.robot.followers() {
+            let own = STATE.map(|quantity| number(format!("tube{tube}_{}", quantity.column())));
+            columns.extend(own);
         }
         columns.push(number("elastic_energy_J".into()));
         if self.margin {

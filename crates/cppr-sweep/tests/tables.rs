@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::{Freedom, Input, Perturbed, Teeth};
+use cppr::analysis::{Perturbed, Teeth};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Drive, Equilibrium, Settings, Solver};
+use cppr::solve::{Command, Drive, Equilibrium, Freedom, Input, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
     Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Task, TaskProblem, Values,

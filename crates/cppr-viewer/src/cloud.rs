@@ -50,12 +50,14 @@ impl Remaining {
     pub fn new(cloud: &Cloud, robot: &Robot) -> Result<Self, String> {
         let mut command = cloud.scenario.command(robot).map_err(|problems| problems.join("\n"))?;
         let finite = |range: &Range| range.pull_mm.iter().chain(&range.rotate_deg).all(|v| v.is_finite());
-        let known = |range: &Range| (2..command.actuators.len() + 2).contains(&range.tube);
+        let known = |range: &Range| command.actuator(range.tube).is_some();
         if cloud.ranges.is_empty() || !cloud.ranges.iter().all(|r| finite(r) && known(r)) {
             return Err("a workspace needs the ranges of followers of this robot".into());
         }
         for range in &cloud.ranges {
-            command.actuators[range.tube - 2] = Actuator::HELD;
+            if let Some(actuator) = command.actuator_mut(range.tube) {
+                *actuator = Actuator::HELD;
+            }
         }
         let mut solver =
             Solver::with_settings(robot, cloud.scenario.settings()).map_err(|problem| problem.to_string())?;
@@ -84,10 +86,13 @@ impl Remaining {
                 let part = |bounds: [f64; 2], base: usize| {
                     bounds[0] + (bounds[1] - bounds[0]) * halton(index + 1, PRIMES[base % PRIMES.len()])
                 };
-                self.command.actuators[range.tube - 2] = Actuator {
+                let moved = Actuator {
                     push_pull: Drive::Motion(part(range.pull_mm, 2 * i) * 1e-3),
                     rotation: Drive::Motion(part(range.rotate_deg, 2 * i + 1).to_radians()),
                 };
+                if let Some(actuator) = self.command.actuator_mut(range.tube) {
+                    *actuator = moved;
+                }
             }
             let done = self.solver.solve_into(&self.command, &mut self.last);
             if done.is_err() || self.last.status() != Status::Converged {

@@ -84,7 +84,7 @@ impl Description {
             length_mm: length * 1e3,
             controls: controls.collect(),
             force: nice(3.0 * bending / (length * length)),
-            has_mass: tubes.clone().any(|t| middle(t).mass_per_length > 0.0),
+            has_mass: robot.has_mass(),
             can_stretch: robot.has_axial_stiffness(),
             tubes: tubes.map(|t| Tube::new(file, robot, t)).collect(),
             columns: &crate::message::COLUMNS,

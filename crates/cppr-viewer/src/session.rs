@@ -327,7 +327,7 @@ impl Pose {
     fn new(id: u32, found: &Equilibrium, shape: &Shape, solve_us: f64) -> Self {
         let tip = shape.sections.last();
         let direction = tip.map_or_else(cppr::Vector3::x, |s| s.rotation.column(0).into_owned());
-        let actuators = found.actuators().iter().enumerate();
+        let actuators = found.followers();
         Self {
             kind: "pose",
             id,
@@ -337,8 +337,8 @@ impl Pose {
             direction: direction.into(),
             bend_deg: direction.x.clamp(-1.0, 1.0).acos().to_degrees(),
             actuators: actuators
-                .map(|(f, a)| ActuatorState {
-                    tube: f + 2,
+                .map(|(tube, a)| ActuatorState {
+                    tube,
                     pull_mm: a.motion * 1e3,
                     rotate_deg: a.rotation.to_degrees(),
                     tension: a.tension,

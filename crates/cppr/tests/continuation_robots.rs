@@ -6,11 +6,10 @@ mod common;
 
 use common::{prototype, three_with_edges};
 use cppr::Vector3;
-use cppr::analysis::Freedom;
 use cppr::analysis::continuation::{Branch, End, Family, FamilyProblem, PathPoint, PointKind, Tracing};
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Solver, Status};
+use cppr::solve::{Actuator, Command, Drive, Formulation, Freedom, Settings, Solver, Status};
 use cppr::statics::{Loads, Station, Wrench};
 
 const MM: f64 = 1e-3;

@@ -7,8 +7,8 @@ use common::{robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::{Asked, explained, greatest_demand, total_bend};
 use cppr::design::{Profile, Robot, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Solver};
-use cppr::statics::{DistributedForce, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr::solve::{Actuator, Command, Drive, Quantity, Solver};
+use cppr::statics::{DistributedForce, Loads, RotationMeans, Station, Thread, Wrench};
 use std::f64::consts::PI;
 
 const LENGTH: f64 = 0.15;
@@ -31,7 +31,7 @@ fn with_loads(loads: Loads) -> Command {
     Command {
         actuators: vec![Actuator { push_pull: Drive::Effort(0.0), ..Actuator::HELD }],
         loads,
-        knob: RotationKnob::Base,
+        rotation_means: RotationMeans::Base,
     }
 }
 
@@ -58,8 +58,8 @@ fn small() -> Vec<(Asked, Command)> {
         ),
         (Asked::Gravity, with_loads(Loads { gravity: Some(Vector3::y() * 1e-4), ..Loads::none() })),
         (Asked::Thread, with_loads(Loads { threads: vec![thread], ..Loads::none() })),
-        (Asked::Tension(2), driven(Drive::Effort(1e-5), Drive::Motion(0.0))),
-        (Asked::Pull(2), driven(Drive::Motion(1e-9), Drive::Motion(0.0))),
+        (Asked::Actuator(Quantity::TENSION.of_tube(2)), driven(Drive::Effort(1e-5), Drive::Motion(0.0))),
+        (Asked::Actuator(Quantity::PULL.of_tube(2)), driven(Drive::Motion(1e-9), Drive::Motion(0.0))),
     ]
 }
 
@@ -88,11 +88,11 @@ fn turns_and_torques_are_angles() {
         ..with_loads(Loads::none())
     };
     let turn = greatest_demand(&robot, &turned(Drive::Motion(-0.3))).unwrap();
-    assert_eq!((turn.asked, turn.angle), (Asked::Rotation(2), 0.3));
+    assert_eq!((turn.asked, turn.angle), (Asked::Actuator(Quantity::ROTATION.of_tube(2)), 0.3));
     let far = greatest_demand(&robot, &turned(Drive::Motion(200.0 * PI))).unwrap();
     assert_eq!(far.to_string(), "The rotation of tube 2 is 36000 deg, 100 turns. Check number and unit");
     let torque = greatest_demand(&robot, &turned(Drive::Effort(-2e-2))).unwrap();
-    assert_eq!(torque.asked, Asked::Torque(2));
+    assert_eq!(torque.asked, Asked::Actuator(Quantity::TORQUE.of_tube(2)));
     assert!((torque.angle - 2e-2 * LENGTH / 6e-3).abs() < 1e-12);
 }
 

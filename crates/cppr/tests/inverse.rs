@@ -5,12 +5,12 @@ mod common;
 
 use common::{Random, converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
+use cppr::analysis::Teeth;
 use cppr::analysis::inverse::{
-    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_within, inputs_of,
+    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_within,
 };
-use cppr::analysis::{Freedom, Teeth};
 use cppr::design::{BelowPlate, Robot};
-use cppr::solve::{Actuator, Command, Drive, Settings, Solver, Status};
+use cppr::solve::{Actuator, Command, Drive, Freedom, Settings, Solver, Status};
 use cppr::statics::{Loads, Wrench};
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -38,7 +38,10 @@ struct Case {
 
 fn cases() -> Vec<Case> {
     let free = |robot: &Robot, pull: f64, turn: f64| -> Vec<FreeInput> {
-        inputs_of(&Command::held(robot))
+        Command::held(robot)
+            .inputs()
+            .map(|(input, _)| input)
+            .collect::<Vec<_>>()
             .into_iter()
             .map(|input| {
                 let reach = if input.freedom == Freedom::PushPull { pull } else { turn };
@@ -325,7 +328,7 @@ fn what_cannot_be_asked_is_said() {
     let mut solver = Solver::new(&robot);
     let held = Command::held(&robot);
     let free: Vec<FreeInput> =
-        inputs_of(&held).into_iter().map(|input| FreeInput { input, bounds: [-1e-3, 1e-3] }).collect();
+        held.inputs().map(|(input, _)| FreeInput { input, bounds: [-1e-3, 1e-3] }).collect();
     let accuracy = Accuracy::default();
     let mut ask =
         |free: &[FreeInput], target: Target| solver.reach(&held, free, &target, &accuracy).unwrap_err();

@@ -6,11 +6,11 @@ mod common;
 use common::{converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::{
-    Bound, Freedom, Limit, Place, RangeProblem, SafeRange, SectionLimit, Teeth, euler_load, governing,
+    Bound, Limit, Place, RangeProblem, SafeRange, SectionLimit, Teeth, euler_load, governing,
     notch_capacities,
 };
 use cppr::design::{BelowPlate, Inertia, Outline, Robot, TubeDesign};
-use cppr::solve::{Actuator, Command, Drive, Settings, Solver};
+use cppr::solve::{Actuator, Command, Drive, Freedom, Settings, Solver};
 use cppr::statics::Loads;
 
 const LENGTH: f64 = 0.15;

@@ -8,7 +8,7 @@ use cppr::Vector3;
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Formulation, Settings, Solver, Status};
-use cppr::statics::{Loads, RotationKnob, Wrench};
+use cppr::statics::{Loads, RotationMeans, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -63,7 +63,7 @@ fn agrees_with_the_independent_program_to_1e_6() {
             .zip(&angles)
             .map(|(&a, &turn)| Actuator { push_pull: Drive::Motion(a), rotation: Drive::Motion(-turn) })
             .collect();
-        let command = Command { actuators, loads, knob: RotationKnob::RelativeAngle };
+        let command = Command { actuators, loads, rotation_means: RotationMeans::RelativeAngle };
         let found = solver.solve(&command).unwrap();
         assert_eq!(found.status(), Status::Converged, "{name}");
         let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(&found);

@@ -7,7 +7,7 @@ use common::{Random, converged, prototype, robot, stiff_tube};
 use cppr::design::{BelowPlate, Profile, Robot, StiffnessTube, TubeDesign};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Settings, Solver};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
 use cppr::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -80,7 +80,7 @@ fn random_command(seed: u32, followers: u32, sign: f64, loads: Loads) -> Command
             rotation: Drive::Motion(sign * random.next()),
         })
         .collect();
-    Command { actuators, loads, knob: RotationKnob::Base }
+    Command { actuators, loads, rotation_means: RotationMeans::Base }
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn a_push_force_too_small_for_the_uncut_part_leaves_the_follower_at_the_plate() 
     let bent = |force: f64| Command {
         actuators: vec![Actuator { push_pull: Drive::Effort(force), rotation: Drive::Motion(0.0) }],
         loads: Loads::tip_force(Vector3::new(0.0, 0.2, 0.0)),
-        knob: RotationKnob::Base,
+        rotation_means: RotationMeans::Base,
     };
     let held = Command { actuators: vec![Actuator::HELD], ..bent(0.0) };
     let outside = converged(&robot, &held, &Settings::default()).actuators()[0].tension;
@@ -416,8 +416,11 @@ fn absurd_commands_get_an_answer() {
             left: i % 2 == 0,
             point: Vector3::zeros(),
         });
-        let command =
-            Command { actuators: vec![Actuator { push_pull, rotation }], loads, knob: RotationKnob::Base };
+        let command = Command {
+            actuators: vec![Actuator { push_pull, rotation }],
+            loads,
+            rotation_means: RotationMeans::Base,
+        };
         let settings = Settings { smallest_step: 1.0 / 16.0, ..Settings::default() };
         let mut solver = Solver::with_settings(&robot, settings).unwrap();
         let found = solver.solve(&command).unwrap();

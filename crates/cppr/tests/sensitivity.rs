@@ -9,7 +9,7 @@ use cppr::analysis::Perturbed;
 use cppr::design::{BelowPlate, Robot, TubeDesign};
 use cppr::kinematics::TipPose;
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver};
-use cppr::statics::{Loads, RotationKnob, Wrench};
+use cppr::statics::{Loads, RotationMeans, Wrench};
 
 fn helix() -> Robot {
     robot(
@@ -44,12 +44,12 @@ fn cases() -> Vec<Case> {
     vec![
         Case {
             robot: helix(),
-            command: Command { actuators: mixed, loads: force.clone(), knob: RotationKnob::Base },
+            command: Command { actuators: mixed, loads: force.clone(), rotation_means: RotationMeans::Base },
         },
         // Pushed, with the uncut part inside.
         Case {
             robot: prototype("R3", 1.26, BelowPlate::Plain),
-            command: Command { actuators: held, loads: force, knob: RotationKnob::Base },
+            command: Command { actuators: held, loads: force, rotation_means: RotationMeans::Base },
         },
     ]
 }

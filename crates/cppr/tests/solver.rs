@@ -5,11 +5,11 @@ mod common;
 
 use common::{prototype, stiff_tube};
 use cppr::analysis::continuation::{Family, FamilyProblem, Tracing};
-use cppr::analysis::{Freedom, NoDerivatives, Perturbed};
+use cppr::analysis::{NoDerivatives, Perturbed};
 use cppr::design::{BelowPlate, DesignProblem, Robot, RobotDesign};
 use cppr::kinematics::Resolution;
 use cppr::many::Batch;
-use cppr::solve::{Command, CommandProblem, Settings, SettingsProblem, Solver};
+use cppr::solve::{Command, CommandProblem, Freedom, Settings, SettingsProblem, Solver};
 use std::error::Error;
 use std::f64::consts::PI;
 

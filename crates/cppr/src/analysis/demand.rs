@@ -9,8 +9,8 @@
 //! D is the distance between the centroid lines of follower and leader. These are sizes, not predictions.
 
 use crate::design::Robot;
-use crate::solve::{Command, Drive, Status};
-use crate::statics::Station;
+use crate::solve::{Command, Freedom, Input, Quantity, Status};
+use crate::statics::{Loads, Station};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt;
@@ -18,14 +18,8 @@ use std::fmt;
 /// What of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
-    /// The pull or push of a tube (m).
-    Pull(usize),
-    /// The tension of a tube (N).
-    Tension(usize),
-    /// The rotation of a tube (rad).
-    Rotation(usize),
-    /// The torque of a tube (N m).
-    Torque(usize),
+    /// The motion or the effort of an actuator (m, N, rad, N m).
+    Actuator(Input),
     /// The force on the tip (N).
     TipForce,
     /// The moment on the tip (N m).
@@ -82,18 +76,20 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
             greatest = Some(Demand { asked, amount: amount.abs(), angle, right_angle });
         }
     };
-    for ((actuator, follower), tube) in command.actuators.iter().zip(&middle[1..]).zip(2..) {
+    for (input, value) in command.inputs() {
+        // A tube that the robot has not is refused elsewhere.
+        let Some(follower) = middle.get(input.tube - 1) else { continue };
         let lever = middle[0].centroid_offset + follower.centroid_offset;
-        match actuator.push_pull {
-            Drive::Motion(pull) => ask(Asked::Pull(tube), pull, 1.0 / lever.max(f64::MIN_POSITIVE)),
-            Drive::Effort(tension) => ask(Asked::Tension(tube), tension, lever * length / bending),
-        }
-        match actuator.rotation {
-            Drive::Motion(turn) => ask(Asked::Rotation(tube), turn, 1.0),
-            Drive::Effort(torque) => ask(Asked::Torque(tube), torque, length / torsion),
-        }
+        let per_unit = match (input.freedom, input.is_motion) {
+            (Freedom::PushPull, true) => 1.0 / lever.max(f64::MIN_POSITIVE),
+            (Freedom::PushPull, false) => lever * length / bending,
+            (Freedom::Rotation, true) => 1.0,
+            (Freedom::Rotation, false) => length / torsion,
+        };
+        ask(Asked::Actuator(input), value, per_unit);
     }
-    for wrench in &command.loads.wrenches {
+    let Loads { wrenches, distributed, gravity, threads } = &command.loads;
+    for wrench in wrenches {
         let (force, moment, at) = match wrench.station {
             Station::Tip => (Asked::TipForce, Asked::TipMoment, length),
             Station::Label(at) => (Asked::Force(at), Asked::Moment(at), at),
@@ -101,17 +97,17 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
         ask(force, length_of(&wrench.force), (0.5 * at + wrench.point.norm()) * at / bending);
         ask(moment, length_of(&wrench.moment), at / bending);
     }
-    for d in &command.loads.distributed {
+    for d in distributed {
         ask(
             Asked::Distributed(d.from, d.to),
             length_of(&d.force),
             (d.to.powi(3) - d.from.powi(3)) / (6.0 * bending),
         );
     }
-    if let Some(gravity) = command.loads.gravity {
-        ask(Asked::Gravity, length_of(&gravity), mass * length.powi(3) / (6.0 * bending));
+    if let Some(gravity) = gravity {
+        ask(Asked::Gravity, length_of(gravity), mass * length.powi(3) / (6.0 * bending));
     }
-    for thread in &command.loads.threads {
+    for thread in threads {
         ask(Asked::Thread, thread.tension, (0.5 * length + thread.point.norm()) * length / bending);
     }
     greatest
@@ -135,10 +131,7 @@ pub fn explained(robot: &Robot, command: &Command, status: Status) -> String {
 impl fmt::Display for Asked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Pull(tube) => write!(f, "The pull of tube {tube}"),
-            Self::Tension(tube) => write!(f, "The tension of tube {tube}"),
-            Self::Rotation(tube) => write!(f, "The rotation of tube {tube}"),
-            Self::Torque(tube) => write!(f, "The torque of tube {tube}"),
+            Self::Actuator(input) => write!(f, "The {} of tube {}", input.quantity().name, input.tube),
             Self::TipForce => write!(f, "The tip force"),
             Self::TipMoment => write!(f, "The tip moment"),
             Self::Force(at) => write!(f, "The force at {} mm", short(at * 1e3)),
@@ -155,17 +148,19 @@ impl fmt::Display for Asked {
 impl fmt::Display for Demand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (factor, unit, does) = match self.asked {
-            Asked::Pull(_) => (1e3, "mm", "bends"),
-            Asked::Rotation(_) => (1.0_f64.to_degrees(), "deg", "turns"),
-            Asked::Torque(_) => (1e3, "N mm", "turns"),
+            Asked::Actuator(input) => {
+                let Quantity { freedom, shown_unit, shown_size, .. } = input.quantity();
+                let does = if freedom == Freedom::PushPull { "bends" } else { "turns" };
+                (1.0 / shown_size, shown_unit, does)
+            }
             Asked::TipMoment | Asked::Moment(_) => (1e3, "N mm", "bends"),
             Asked::Distributed(..) => (1.0, "N/m", "bends"),
             Asked::Gravity => (1.0, "m/s²", "bends"),
-            Asked::Tension(_) | Asked::TipForce | Asked::Force(_) | Asked::Thread => (1.0, "N", "bends"),
+            Asked::TipForce | Asked::Force(_) | Asked::Thread => (1.0, "N", "bends"),
         };
         let Self { asked, amount, right_angle, .. } = self;
         let (given, right) = (short(amount * factor), short(right_angle * factor));
-        if let Asked::Rotation(_) = asked {
+        if let Asked::Actuator(Input { freedom: Freedom::Rotation, is_motion: true, .. }) = asked {
             return write!(f, "{asked} is {given} deg, {} turns. Check number and unit", short(amount / TAU));
         }
         write!(

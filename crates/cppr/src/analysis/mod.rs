@@ -17,6 +17,6 @@ pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
 pub use limits::{Governing, Limit, Place, SectionLimit, Teeth, Utilisation, first_greatest, governing};
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange};
-pub use sensitivity::{Freedom, Input, NoDerivatives, Perturbed, Sensitivity};
+pub use sensitivity::{NoDerivatives, Perturbed, Sensitivity};
 pub use shape::{Section, Shape, TubeSection};
 pub use stability::Stability;

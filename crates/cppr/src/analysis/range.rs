@@ -7,8 +7,7 @@
 //! is exceeded for less than a step of the walk and then kept again is not seen.
 
 use super::limits::{Governing, Teeth, governing};
-use super::sensitivity::{Freedom, Input};
-use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Solver, Status};
+use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
 use nalgebra::Vector3;
 
 /// Why an actuator goes no further.
@@ -105,21 +104,15 @@ impl Solver {
             return Err(RangeProblem::Exceeded(nearest));
         }
         let mut ranges = Vec::new();
-        for (follower, actuator) in command.actuators.iter().enumerate() {
-            for (freedom, drive) in
-                [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
-            {
-                if freedom == Freedom::Rotation && walk.solver.settings.resolution.angle == 0 {
-                    continue;
-                }
-                let is_motion = matches!(drive, Drive::Motion(_));
-                let input = Input { tube: follower + 2, freedom, is_motion };
-                let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
-                if walk.solver.is_stopped() {
-                    return Err(RangeProblem::Stopped);
-                }
-                ranges.push(SafeRange { input, start: drive.value(), low, high });
+        for (input, value) in command.inputs() {
+            if input.freedom == Freedom::Rotation && walk.solver.settings.resolution.angle == 0 {
+                continue;
             }
+            let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
+            if walk.solver.is_stopped() {
+                return Err(RangeProblem::Stopped);
+            }
+            ranges.push(SafeRange { input, start: value, low, high });
         }
         Ok(ranges)
     }
@@ -137,18 +130,6 @@ impl Solver {
         let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
         if walk.solver.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
     }
-}
-
-/// The command with one input at another value.
-pub(crate) fn with_input(command: &Command, input: Input, value: f64) -> Command {
-    let mut command = command.clone();
-    let actuator = &mut command.actuators[input.tube - 2];
-    let drive = match input.freedom {
-        Freedom::PushPull => &mut actuator.push_pull,
-        Freedom::Rotation => &mut actuator.rotation,
-    };
-    *drive = if input.is_motion { Drive::Motion(value) } else { Drive::Effort(value) };
-    command
 }
 
 /// An equilibrium with what a walk wants to know of it.
@@ -212,14 +193,14 @@ impl Walk<'_> {
     fn end_of_input(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
         let extent = self.extent(input);
         let command = &start.found.command;
-        let first = value_of(command, input);
+        let first = command.value(input).unwrap_or_default();
         // A follower stays within its stroke, wherever it started.
         let last = if input.freedom == Freedom::PushPull && input.is_motion {
             side * extent
         } else {
             first + side * extent
         };
-        self.end(start, &|value| with_input(command, input, value), [first, last], side * extent)
+        self.end(start, &|value| command.with_input(input, value), [first, last], side * extent)
     }
 
     /// Walks from the first value, where `start` is, to the last; `reach` gives the steps their size and side.
@@ -285,14 +266,5 @@ impl Walk<'_> {
             }
         }
         RangeEnd { value: low, bound: nearest.map_or(Bound::Open, Bound::Limit) }
-    }
-}
-
-/// The prescribed number of one input.
-pub(crate) fn value_of(command: &Command, input: Input) -> f64 {
-    let actuator = &command.actuators[input.tube - 2];
-    match input.freedom {
-        Freedom::PushPull => actuator.push_pull.value(),
-        Freedom::Rotation => actuator.rotation.value(),
     }
 }

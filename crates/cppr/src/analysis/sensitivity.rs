@@ -7,30 +7,12 @@
 use crate::dense::column;
 use crate::design::Robot;
 use crate::kinematics::pose::Poses;
+use crate::solve::command::inputs;
+use crate::solve::constraint::Constraint;
 use crate::solve::system::{Buffers, Scale};
-use crate::solve::{Equilibrium, Solver, Status};
+use crate::solve::{Equilibrium, Input, Solver, Status};
 use nalgebra::{DMatrix, Matrix6, Vector6};
 use std::fmt;
-
-/// Which degree of freedom of an actuator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Freedom {
-    /// Translation: Δa_k (m) and T_k (N).
-    PushPull,
-    /// Rotation: Ω_k (rad) and Υ_k (N m).
-    Rotation,
-}
-
-/// One input of a robot: column of a Jacobian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// Tube number as in the paper: 2 is the first follower.
-    pub tube: usize,
-    /// Its degree of freedom.
-    pub freedom: Freedom,
-    /// True where the motion is prescribed, false where the effort is.
-    pub is_motion: bool,
-}
 
 /// First derivatives of an equilibrium by its inputs and by a wrench on the tip.
 ///
@@ -197,7 +179,12 @@ impl Solver {
     }
 }
 
-/// Reads everything from the factored tangent of an equilibrium.
+/// The condition that holds input number `i`, where its motion is prescribed; its row is that of the motion in any case.
+fn condition(i: usize, input: &Input) -> Constraint {
+    Constraint::Motion { follower: i / 2, freedom: input.freedom }
+}
+
+/// Reads everything from the factored tangent of an equilibrium. Conditions follow the coordinates in the order of the inputs.
 fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensitivity) {
     let scale = Scale::of(&equilibrium.robot);
     let (n_u, n) = (buffers.state.unknowns, buffers.residual.len());
@@ -211,10 +198,10 @@ fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensiti
     let mut row = n_u;
     for (c, input) in result.inputs.iter().enumerate() {
         if input.is_motion {
-            rhs[row * columns + c] = -1.0 / input.freedom.unit(scale.length);
+            rhs[row * columns + c] = condition(c, input).scale(scale);
             row += 1;
         } else {
-            let slopes = &buffers.assembly.knob_rows[c / 2][c % 2];
+            let slopes = condition(c, input).row(&buffers.assembly);
             for (i, (slope, unit)) in slopes.iter().zip(&buffers.units).enumerate() {
                 rhs[i * columns + c] = slope * unit / scale.energy;
             }
@@ -248,9 +235,9 @@ fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensiti
     for (r, input) in result.inputs.iter().enumerate() {
         for c in 0..columns {
             let value = if input.is_motion {
-                rhs[row * columns + c] * scale.energy / input.freedom.unit(scale.length)
+                rhs[row * columns + c] * condition(r, input).effort_unit(scale)
             } else {
-                let slopes = buffers.assembly.knob_rows[r / 2][r % 2].iter().zip(&buffers.units);
+                let slopes = condition(r, input).row(&buffers.assembly).iter().zip(&buffers.units);
                 slopes.enumerate().map(|(i, (slope, unit))| slope * unit * rhs[i * columns + c]).sum()
             };
             if c < m {
@@ -264,27 +251,12 @@ fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensiti
     buffers.right = rhs;
 }
 
-impl Freedom {
-    /// What motions are divided by in the conditions.
-    fn unit(self, length: f64) -> f64 {
-        match self {
-            Self::PushPull => length,
-            Self::Rotation => 1.0,
-        }
-    }
-}
-
 impl Sensitivity {
     /// Names the inputs of an equilibrium and makes room for them.
     fn place(&mut self, equilibrium: &Equilibrium) {
         self.inputs.clear();
-        for (follower, actuator) in equilibrium.drives.iter().enumerate() {
-            for (freedom, drive) in
-                [(Freedom::PushPull, actuator.push_pull), (Freedom::Rotation, actuator.rotation)]
-            {
-                self.inputs.push(Input { tube: follower + 2, freedom, is_motion: drive.is_motion() });
-            }
-        }
+        // A follower that stands at the plate is an input by motion there.
+        self.inputs.extend(inputs(&equilibrium.drives).map(|(input, _)| input));
         let m = self.inputs.len();
         for (matrix, rows, columns) in [
             (&mut self.tip_jacobian, 6, m),

@@ -53,7 +53,9 @@ pub struct FieldValues {
 impl FieldValues {
     /// The six fields that become splines, in table order; the direction is kept apart.
     fn tabulated(&self) -> [f64; 6] {
-        [self.centroid_offset, self.bending_y, self.bending_z, self.torsion, self.axial, self.mass_per_length]
+        let Self { centroid_offset, bending_y, bending_z, torsion, axial, mass_per_length, direction: _ } =
+            *self;
+        [centroid_offset, bending_y, bending_z, torsion, axial, mass_per_length]
     }
 }
 
@@ -79,6 +81,7 @@ pub(crate) struct Fields {
     /// Slope of φ below the plate (rad/m).
     below_twist: f64,
     has_axial: bool,
+    has_mass: bool,
 }
 
 impl Fields {
@@ -103,7 +106,13 @@ impl Fields {
         };
         let direction =
             CubicSpline::uniform(length, &samples.iter().map(|s| s.direction).collect::<Vec<_>>());
-        Self { length, splines, direction, base, below, below_twist, has_axial }
+        let has_mass = samples.iter().chain([&below]).any(|s| s.mass_per_length > 0.0);
+        Self { length, splines, direction, base, below, below_twist, has_axial, has_mass }
+    }
+
+    /// True where any part of the tube weighs something.
+    pub fn has_mass(&self) -> bool {
+        self.has_mass
     }
 
     /// True where every section of the tube knows its axial stiffness.

@@ -238,6 +238,18 @@ impl Robot {
         self.built.fields.iter().all(Fields::has_axial)
     }
 
+    /// True where any part of a tube has mass, so that gravity acts on the robot.
+    #[must_use]
+    pub fn has_mass(&self) -> bool {
+        self.built.fields.iter().any(Fields::has_mass)
+    }
+
+    /// Tube numbers of the followers: 2 to N.
+    #[must_use]
+    pub fn followers(&self) -> std::ops::RangeInclusive<usize> {
+        2..=self.tube_count()
+    }
+
     /// True where all centroid lines at rest lie in the X–Y plane.
     #[must_use]
     pub fn is_planar(&self) -> bool {

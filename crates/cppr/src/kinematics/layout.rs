@@ -45,6 +45,9 @@ impl Resolution {
     /// Five modes of K_Z, as the paper uses in the plane: nothing can leave the plane.
     pub const PLANAR: Self = Self { twist: 0, bending_y: 0, bending_z: 5, angle: 0, stretch: 0, nodes: 8 };
 
+    /// The most by which [`Resolution::refined`] may multiply where people choose.
+    pub const FINEST_REFINEMENT: usize = 8;
+
     /// With stretch resolved as finely as the bending in the plane.
     #[must_use]
     pub fn with_stretch(self) -> Self {

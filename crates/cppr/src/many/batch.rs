@@ -10,9 +10,11 @@ use crate::design::Robot;
 use crate::kinematics::TipPose;
 use crate::kinematics::layout::{Cut, Layout};
 use crate::real::{Each, Pack, Real, every};
+use crate::solve::acceptance::{
+    MOST_REUSES, arrived, expected_ratio, keeps, longest_part, promises, shrinks,
+};
+use crate::solve::constraint;
 use crate::solve::edges::{carried, edge_estimate, has_edge};
-use crate::solve::newton::{LONGEST, MOST_REUSES, NEAREST};
-use crate::solve::path::hold_locked;
 use crate::solve::system::{Buffers, Point, System, add_step};
 use crate::solve::{
     Actuator, Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver, Statistics, Status,
@@ -128,8 +130,7 @@ impl SideBySide {
             if asked >> i & 1 == 0 || !fits || !goes_side_by_side(command, settings) {
                 continue;
             }
-            self.drives[i].clone_from(&command.actuators);
-            hold_locked(&mut self.drives[i], settings);
+            constraint::drives(command, settings, 0, &mut self.drives[i]);
             self.cuts.clear();
             self.cuts.extend(command.loads.cuts().map(Cut::fixed));
             for f in 0..command.actuators.len() {
@@ -184,7 +185,7 @@ impl SideBySide {
                 && mark == start.mark
                 && start.robot.serial() == robot.serial()
                 && start.settings == *settings
-                && start.command.knob == command.knob
+                && start.command.rotation_means == command.rotation_means
                 && start.command.loads == command.loads
                 && Arc::ptr_eq(&start.layout, &layout)
                 && start.drives.iter().zip(&self.drives[i]).all(|(old, new)| old.is_held_like(new))
@@ -195,7 +196,7 @@ impl SideBySide {
             robot,
             layout: &layout,
             loads: Each(of.map(|i| &commands[i].loads)),
-            knob: commands[of[0]].knob,
+            rotation_means: commands[of[0]].rotation_means,
             actuators: Each(of.map(|i| &drives[i][..])),
             formulation: settings.formulation,
         };
@@ -270,15 +271,8 @@ impl SideBySide {
                     put(&mut self.point.coordinates[e..=e], &[estimate(follower - 1)]);
                 }
             }
-            for (f, actuator) in drives.iter().enumerate() {
-                if let Drive::Effort(force) = actuator.push_pull {
-                    put(&mut self.point.efforts.tension[f..=f], &[force]);
-                }
-                if let Drive::Effort(torque) = actuator.rotation {
-                    put(&mut self.point.efforts.torque[f..=f], &[torque]);
-                }
-            }
         }
+        constraint::prescribe::<Lanes>(&Each(of.map(|i| &self.drives[i][..])), &mut self.point.efforts);
     }
 
     /// Newton's method with full steps in all lanes. Returns the lanes that ended at a stable equilibrium, and the steps
@@ -299,7 +293,7 @@ impl SideBySide {
         for turn in 0..=MOST_STEPS {
             let before = largest(&lanes.residual);
             // A lane that has arrived stays so, whatever its neighbours' tangents see of it.
-            done |= arrived(before, distance, settings);
+            done |= arrived(before, distance, settings.tolerance);
             let waiting = all & !done & !lost;
             if waiting == 0 {
                 break;
@@ -313,7 +307,8 @@ impl SideBySide {
             step.extend(lanes.residual.iter().map(|r| -*r));
             lanes.solve(step, 1);
             let length = norm(step);
-            lost |= waiting & largest(&step[..n_u]).unless(|s| s < LONGEST);
+            let whole = longest_part(largest(&step[..n_u])).mask(|part| part >= 1.0);
+            lost |= waiting & !(whole & length.mask(f64::is_finite));
             let moves = waiting & !lost;
             trial.copy(point);
             advance(system, trial, &lanes.units, step, moves, 1.0);
@@ -321,25 +316,23 @@ impl SideBySide {
             lanes.correct(correction);
             distance = norm(correction);
             // As a single solve accepts a full step.
-            let grows = Lanes::from_lanes(|l| distance.lane(l) / length.lane(l)).unless(|r| r <= 0.75);
-            lost |= moves & grows;
+            lost |= moves & !shrinks(distance, length, 1.0);
             count(&mut steps, moves);
             // The same tangent again, in each lane as in a single solve.
             let mut reached = largest(&lanes.residual);
-            let mut ratio = reached * 2.0 / before;
+            let mut ratio = expected_ratio(reached, before);
             let mut reuses = moves;
             for left in (1..=MOST_REUSES).rev() {
-                let rest = ratio.map(|r| r.powi(left));
-                reuses &= !lost & !arrived(reached, distance, settings);
-                reuses &= arrived(reached * rest, distance * rest, settings);
+                reuses &= !lost & !arrived(reached, distance, settings.tolerance);
+                reuses &= promises(reached, distance, ratio, left, settings.tolerance);
                 if reuses == 0 {
                     break;
                 }
                 advance(system, trial, &lanes.units, correction, reuses, -1.0);
                 lost |= reuses & lanes.evaluate_residual(system, trial);
                 let after = largest(&lanes.residual);
+                lost |= reuses & !keeps(after, reached);
                 ratio = after / reached;
-                lost |= reuses & ratio.unless(|r| r < 0.5);
                 lanes.correct(correction);
                 (reached, distance) = (after, norm(correction));
                 count(&mut steps, reuses);
@@ -355,21 +348,18 @@ impl SideBySide {
             solved &= lanes.ensure_in_order(system);
         }
         let length = system.robot.length();
-        for (f, (knob, actuator)) in lanes.assembly.knobs.iter().zip(system.actuators.first()).enumerate() {
-            solved &= knob[0].mask(|motion| motion.abs() < length);
+        for (f, (motions, actuator)) in
+            lanes.assembly.motions.iter().zip(system.actuators.first()).enumerate()
+        {
+            solved &= motions[0].mask(|motion| motion.abs() < length);
             if !actuator.push_pull.is_motion() {
                 // Its edge has to be where the layout says.
                 let inside = system.layout.edges.contains(&(f + 1));
-                solved &= knob[0].mask(|motion| has_edge(system.robot, f, motion) == inside);
+                solved &= motions[0].mask(|motion| has_edge(system.robot, f, motion) == inside);
             }
         }
         (solved, steps)
     }
-}
-
-/// Lanes in which residual and distance are those of an equilibrium.
-fn arrived(residual: Lanes, distance: Lanes, settings: &Settings) -> u64 {
-    residual.mask(|r| r <= settings.tolerance) & distance.mask(|d| d <= NEAREST)
 }
 
 /// Adds `factor` times a step in the lanes that move; the others stay where they are.
@@ -418,20 +408,11 @@ pub(super) fn goes_side_by_side(command: &Command, settings: &Settings) -> bool 
 
 /// Do commands differ in numbers only, and in which tubes are pushed?
 pub(super) fn same_kind(one: &Command, other: &Command) -> bool {
-    let (a, b) = (&one.loads, &other.loads);
-    one.knob == other.knob
+    one.rotation_means == other.rotation_means
         && one.actuators.len() == other.actuators.len()
         && one.actuators.iter().zip(&other.actuators).all(|(a, b)| {
             a.push_pull.is_motion() == b.push_pull.is_motion()
                 && a.rotation.is_motion() == b.rotation.is_motion()
         })
-        && a.wrenches.len() == b.wrenches.len()
-        && a.wrenches.iter().zip(&b.wrenches).all(|(a, b)| a.station == b.station && a.frame == b.frame)
-        && a.distributed.len() == b.distributed.len()
-        && a.distributed
-            .iter()
-            .zip(&b.distributed)
-            .all(|(a, b)| (a.from - b.from).abs() <= 0.0 && (a.to - b.to).abs() <= 0.0)
-        && a.gravity.is_some() == b.gravity.is_some()
-        && a.threads.len() == b.threads.len()
+        && one.loads.is_like(&other.loads)
 }

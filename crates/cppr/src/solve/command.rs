@@ -1,8 +1,9 @@
 //! What a solve is asked for.
 
 use super::Settings;
+use super::input::{Freedom, Input, follower_of, tube_of};
 use crate::design::Robot;
-use crate::statics::{LoadProblem, Loads, RotationKnob};
+use crate::statics::{LoadProblem, Loads, RotationMeans};
 use std::fmt;
 
 /// One degree of freedom of an actuator: either its motion or its effort is prescribed.
@@ -53,7 +54,7 @@ impl Drive {
 pub struct Actuator {
     /// Translation: Δa_k or T_k.
     pub push_pull: Drive,
-    /// Rotation: Ω_k (or −Δθ_k(0), see [`RotationKnob`]) or Υ_k.
+    /// Rotation: Ω_k (or −Δθ_k(0), see [`RotationMeans`]) or Υ_k.
     pub rotation: Drive,
 }
 
@@ -65,6 +66,23 @@ impl Actuator {
 
     /// Both motors held where they are at rest.
     pub const HELD: Self = Self { push_pull: Drive::Motion(0.0), rotation: Drive::Motion(0.0) };
+
+    /// The drive of a degree of freedom.
+    #[must_use]
+    pub fn drive(&self, freedom: Freedom) -> Drive {
+        match freedom {
+            Freedom::PushPull => self.push_pull,
+            Freedom::Rotation => self.rotation,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn drive_mut(&mut self, freedom: Freedom) -> &mut Drive {
+        match freedom {
+            Freedom::PushPull => &mut self.push_pull,
+            Freedom::Rotation => &mut self.rotation,
+        }
+    }
 
     /// Pulled (m), not turned.
     #[must_use]
@@ -81,7 +99,7 @@ pub struct Command {
     /// External loads.
     pub loads: Loads,
     /// What "rotation" means.
-    pub knob: RotationKnob,
+    pub rotation_means: RotationMeans,
 }
 
 impl Command {
@@ -91,7 +109,7 @@ impl Command {
         Self {
             actuators: vec![Actuator::HELD; robot.follower_count()],
             loads: Loads::none(),
-            knob: RotationKnob::Base,
+            rotation_means: RotationMeans::Base,
         }
     }
 
@@ -101,8 +119,55 @@ impl Command {
         Self {
             actuators: motions.iter().map(|&a| Actuator::pulled(a)).collect(),
             loads: Loads::none(),
-            knob: RotationKnob::Base,
+            rotation_means: RotationMeans::Base,
         }
+    }
+
+    /// The actuator of a tube, by its number; `None` for the leader and for tubes that are not there.
+    #[must_use]
+    pub fn actuator(&self, tube: usize) -> Option<&Actuator> {
+        self.actuators.get(follower_of(tube)?)
+    }
+
+    /// The same, to be changed.
+    pub fn actuator_mut(&mut self, tube: usize) -> Option<&mut Actuator> {
+        self.actuators.get_mut(follower_of(tube)?)
+    }
+
+    /// That a tube is no follower.
+    #[must_use]
+    pub fn no_such_tube(&self, tube: usize) -> CommandProblem {
+        CommandProblem::NoSuchTube { tube, tubes: self.actuators.len() + 1 }
+    }
+
+    /// All inputs with what is prescribed: push-pull and rotation of tube 2, then of tube 3, …
+    pub fn inputs(&self) -> impl Iterator<Item = (Input, f64)> + '_ {
+        inputs(&self.actuators)
+    }
+
+    /// Prescribes a value (m, rad, N or N m).
+    ///
+    /// # Errors
+    /// Where there is no such follower.
+    pub fn set(&mut self, input: Input, value: f64) -> Result<(), CommandProblem> {
+        let problem = self.no_such_tube(input.tube);
+        *self.actuator_mut(input.tube).ok_or(problem)?.drive_mut(input.freedom) = input.prescribed(value);
+        Ok(())
+    }
+
+    /// What is prescribed of an input, whether as motion or as effort.
+    #[must_use]
+    pub fn value(&self, input: Input) -> Option<f64> {
+        Some(self.actuator(input.tube)?.drive(input.freedom).value())
+    }
+
+    /// The same command with one input at another value; an input that is not there changes nothing.
+    pub(crate) fn with_input(&self, input: Input, value: f64) -> Self {
+        let mut command = self.clone();
+        if let Some(actuator) = command.actuator_mut(input.tube) {
+            *actuator.drive_mut(input.freedom) = input.prescribed(value);
+        }
+        command
     }
 
     /// The same command with other loads.
@@ -124,18 +189,16 @@ impl Command {
                 })
                 .collect(),
             loads: self.loads.scaled(factor),
-            knob: self.knob,
+            rotation_means: self.rotation_means,
         }
     }
 
     /// Copies without giving memory back.
     pub(crate) fn copy(&mut self, other: &Self) {
-        self.actuators.clone_from(&other.actuators);
-        self.loads.wrenches.clone_from(&other.loads.wrenches);
-        self.loads.distributed.clone_from(&other.loads.distributed);
-        self.loads.threads.clone_from(&other.loads.threads);
-        self.loads.gravity = other.loads.gravity;
-        self.knob = other.knob;
+        let Self { actuators, loads, rotation_means } = other;
+        self.actuators.clone_from(actuators);
+        self.loads.copy(loads);
+        self.rotation_means = *rotation_means;
     }
 
     /// Checks a command against a robot and settings.
@@ -149,15 +212,15 @@ impl Command {
         }
         for (index, actuator) in self.actuators.iter().enumerate() {
             if !(actuator.push_pull.value().is_finite() && actuator.rotation.value().is_finite()) {
-                return Err(CommandProblem::NotFinite { tube: index + 2 });
+                return Err(CommandProblem::NotFinite { tube: tube_of(index) });
             }
             if settings.resolution.angle == 0 && actuator.rotation.value() != 0.0 {
-                return Err(CommandProblem::AngleLocked { tube: index + 2 });
+                return Err(CommandProblem::AngleLocked { tube: tube_of(index) });
             }
             if let Drive::Motion(motion) = actuator.push_pull
                 && motion.abs() >= robot.length()
             {
-                return Err(CommandProblem::TooFar { tube: index + 2, motion, length: robot.length() });
+                return Err(CommandProblem::TooFar { tube: tube_of(index), motion, length: robot.length() });
             }
         }
         let r = settings.resolution;
@@ -169,9 +232,34 @@ impl Command {
     }
 }
 
+/// The inputs of actuators, with what is prescribed.
+pub(crate) fn inputs(actuators: &[Actuator]) -> impl Iterator<Item = (Input, f64)> + '_ {
+    actuators.iter().enumerate().flat_map(|(follower, actuator)| {
+        Freedom::BOTH.map(|freedom| {
+            let drive = actuator.drive(freedom);
+            let input = Input { tube: tube_of(follower), freedom, is_motion: drive.is_motion() };
+            (input, drive.value())
+        })
+    })
+}
+
 /// A command that cannot be asked of a robot. Tubes are numbered from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CommandProblem {
+    /// There is no such follower.
+    NoSuchTube {
+        /// Tube number asked for.
+        tube: usize,
+        /// Tubes of the robot.
+        tubes: usize,
+    },
+    /// A degree of freedom is prescribed for the second time, by motion or by effort.
+    Twice {
+        /// What was given first.
+        earlier: Input,
+        /// What was to be given after it.
+        later: Input,
+    },
     /// The number of actuators is not the number of followers.
     Actuators {
         /// Actuators given.
@@ -214,6 +302,30 @@ pub enum CommandProblem {
 impl fmt::Display for CommandProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NoSuchTube { tubes: 1, .. } => {
+                write!(f, "this robot has only its leader, nothing to actuate")
+            }
+            Self::NoSuchTube { tube: tube @ (0 | 1), tubes } => {
+                write!(f, "tube {tube} is no follower; the followers of this robot are 2 to {tubes}")
+            }
+            Self::NoSuchTube { tube, tubes: 2 } => {
+                write!(f, "there is no tube {tube}; the only follower of this robot is tube 2")
+            }
+            Self::NoSuchTube { tube, tubes } => {
+                write!(f, "there is no tube {tube}; the followers of this robot are 2 to {tubes}")
+            }
+            Self::Twice { earlier, later } => {
+                let what = match later.freedom {
+                    Freedom::PushPull => "motion or force",
+                    Freedom::Rotation => "rotation or torque",
+                };
+                write!(f, "tube {} has its {what} given twice", later.tube)?;
+                if earlier.is_motion == later.is_motion {
+                    return Ok(());
+                }
+                let [first, second] = [earlier, later].map(|input| input.quantity().keyword);
+                write!(f, ", by both {first} and {second}: give one of them")
+            }
             Self::Actuators { given, followers } => {
                 write!(f, "{given} actuators are given for a robot with {followers} followers")
             }

@@ -1,6 +1,7 @@
 //! The state of a robot under a command.
 
 use super::command::{Actuator, Command};
+use super::input::{Freedom, Quantity, follower_of, tube_of};
 use super::settings::Settings;
 use super::system::{self, Buffers, Point, System};
 use super::{Statistics, Status};
@@ -22,6 +23,19 @@ pub struct ActuatorState {
     pub tension: f64,
     /// Υ_k (N m), conjugate to the rotation.
     pub torque: f64,
+}
+
+impl ActuatorState {
+    /// One of the four numbers (SI).
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> f64 {
+        match (quantity.freedom, quantity.is_motion) {
+            (Freedom::PushPull, true) => self.motion,
+            (Freedom::PushPull, false) => self.tension,
+            (Freedom::Rotation, true) => self.rotation,
+            (Freedom::Rotation, false) => self.torque,
+        }
+    }
 }
 
 /// The state of a robot under a command. It knows both, so that nothing else is needed to derive more from it: see
@@ -86,7 +100,7 @@ impl Equilibrium {
             robot,
             layout: &self.layout,
             loads: Each::same(&self.command.loads),
-            knob: self.command.knob,
+            rotation_means: self.command.rotation_means,
             actuators: Each::same(&self.drives),
             formulation: self.settings.formulation,
         }
@@ -96,7 +110,7 @@ impl Equilibrium {
     pub(crate) fn read(&mut self, buffers: &mut Buffers) {
         buffers.mark = NEXT_MARK.fetch_add(1, Ordering::Relaxed);
         self.mark = buffers.mark;
-        self.read_actuators(buffers.assembly.knobs.iter().copied());
+        self.read_actuators(buffers.assembly.motions.iter().copied());
         self.elastic_energy = buffers.assembly.elastic;
         self.residual = buffers.residual.iter().fold(0.0, |m, r| r.abs().max(m));
     }
@@ -119,16 +133,15 @@ impl Equilibrium {
         take(&mut self.point.efforts.edge, &point.efforts.edge);
         self.layout = Arc::clone(layout);
         self.mark = NEXT_MARK.fetch_add(1, Ordering::Relaxed);
-        let knobs = buffers.assembly.knobs.iter().map(|knob| knob.map(|k| k.lane(lane)));
-        self.read_actuators(knobs);
+        self.read_actuators(buffers.assembly.motions.iter().map(|own| own.map(|m| m.lane(lane))));
         self.elastic_energy = buffers.assembly.elastic.lane(lane);
         self.residual = buffers.residual.iter().fold(0.0, |m, r| r.lane(lane).abs().max(m));
     }
 
-    fn read_actuators(&mut self, knobs: impl Iterator<Item = [f64; 2]>) {
+    fn read_actuators(&mut self, motions: impl Iterator<Item = [f64; 2]>) {
         let efforts = self.point.efforts.tension.iter().zip(&self.point.efforts.torque);
         for ((state, [motion, rotation]), (&tension, &torque)) in
-            self.actuators.iter_mut().zip(knobs).zip(efforts)
+            self.actuators.iter_mut().zip(motions).zip(efforts)
         {
             *state = ActuatorState { motion, rotation, tension, torque };
         }
@@ -215,6 +228,17 @@ impl Equilibrium {
     #[must_use]
     pub fn actuators(&self) -> &[ActuatorState] {
         &self.actuators
+    }
+
+    /// The same with their tube numbers.
+    pub fn followers(&self) -> impl Iterator<Item = (usize, &ActuatorState)> + '_ {
+        self.actuators.iter().enumerate().map(|(follower, state)| (tube_of(follower), state))
+    }
+
+    /// The actuator of a tube, by its number; `None` for the leader and for tubes that are not there.
+    #[must_use]
+    pub fn actuator(&self, tube: usize) -> Option<&ActuatorState> {
+        self.actuators.get(follower_of(tube)?)
     }
 
     /// Elastic energy U of all tubes (J).

@@ -45,8 +45,12 @@ impl Solver {
             point.efforts.tension[f] = effort(actuator.push_pull);
             point.efforts.torque[f] = effort(actuator.rotation);
         }
-        let setting =
-            Setting { robot, layout: &layout, loads: Each::same(&command.loads), knob: command.knob };
+        let setting = Setting {
+            robot,
+            layout: &layout,
+            loads: Each::same(&command.loads),
+            rotation_means: command.rotation_means,
+        };
         buffers.begin();
         let Buffers { state, poses, assembly, .. } = buffers;
         if state.evaluate(robot, &layout, &point.coordinates) != 0 {
@@ -56,6 +60,6 @@ impl Solver {
             poses.evaluate(robot, &layout, state);
         }
         assembly.residual(&setting, &point.coordinates, state, poses, &point.efforts);
-        Some(GeneralisedForces { forces: assembly.gradient.clone(), motions: assembly.knobs.clone() })
+        Some(GeneralisedForces { forces: assembly.gradient.clone(), motions: assembly.motions.clone() })
     }
 }

@@ -1,9 +1,13 @@
 //! From a command to the equilibrium, or to the reason why there is none.
 
+pub(crate) mod acceptance;
 pub(crate) mod command;
+pub(crate) mod constraint;
+mod draft;
 pub(crate) mod edges;
 pub(crate) mod equilibrium;
 mod forces;
+pub(crate) mod input;
 pub(crate) mod newton;
 pub(crate) mod path;
 pub(crate) mod reduced;
@@ -15,8 +19,10 @@ pub(crate) mod system;
 mod work;
 
 pub use command::{Actuator, Command, CommandProblem, Drive};
+pub use draft::Draft;
 pub use equilibrium::{ActuatorState, Equilibrium};
 pub use forces::GeneralisedForces;
+pub use input::{Freedom, Input, Quantity};
 pub use settings::{Formulation, Settings, SettingsProblem};
 pub use solver::Solver;
 

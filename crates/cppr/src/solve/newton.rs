@@ -3,6 +3,9 @@
 //! Trial steps ask for residuals alone. A tangent is made where a step has been accepted, and serves once more where the
 //! residuals promise that it will do.
 
+use super::acceptance::{
+    MOST_REUSES, SHORTEST, arrived, expected_ratio, is_rounding, keeps, longest_part, promises, shrinks,
+};
 use super::settings::{Formulation, Settings};
 use super::system::{Buffers, Factors, Point, Posed, Scale, System, add_step};
 use crate::kinematics::pose::Poses;
@@ -151,7 +154,7 @@ impl Buffers {
         let mut distance = 0.0;
         for _ in 0..settings.iterations {
             let reached = self.largest();
-            if reached <= settings.tolerance && distance <= NEAREST {
+            if arrived(reached, distance, settings.tolerance) == 1 {
                 return Ok(());
             }
             self.factor(system)?;
@@ -168,7 +171,7 @@ impl Buffers {
             let mut factor = self.longest();
             loop {
                 self.advance(system, point, factor);
-                if self.try_trial(system) && self.shrinks(length, factor) {
+                if self.try_trial(system) && self.corrects(length, factor) {
                     if factor >= 1.0 {
                         self.reuse_tangent(system, settings.tolerance, reached);
                     }
@@ -178,7 +181,7 @@ impl Buffers {
                         break;
                     }
                 }
-                if reached <= FLOOR {
+                if is_rounding(reached) {
                     // Rounding is all that is left.
                     return self.evaluate(system, point).map_err(|_| Failure::Infeasible);
                 }
@@ -191,15 +194,13 @@ impl Buffers {
                 }
             }
         }
-        if self.largest() <= FLOOR { Ok(()) } else { Err(Failure::IterationLimit) }
+        if is_rounding(self.largest()) { Ok(()) } else { Err(Failure::IterationLimit) }
     }
 
-    /// Deuflhard's natural monotonicity test: the next correction with the same tangent has to be shorter. Unlike the
-    /// residual's norm it does not depend on how equations are scaled, and so does not stop at long steps along
-    /// a curved valley of the energy.
-    fn shrinks(&mut self, length: f64, factor: f64) -> bool {
+    /// Finds what the same tangent makes of the residual at `trial`; is that short enough?
+    fn corrects(&mut self, length: f64, factor: f64) -> bool {
         self.find_correction();
-        norm(&self.correction) <= (1.0 - 0.25 * factor) * length
+        shrinks(norm(&self.correction), length, factor) == 1
     }
 
     /// Evaluates the residual at `trial`; true where it is one.
@@ -230,18 +231,15 @@ impl Buffers {
             return;
         }
         let mut reached = self.largest();
-        let mut ratio = 2.0 * reached / before;
+        let mut ratio = expected_ratio(reached, before);
         for left in (1..=MOST_REUSES).rev() {
             let distance = norm(&self.correction);
-            let promises = |value: f64, bound: f64| value * ratio.powi(left) <= bound;
-            if (reached <= tolerance && distance <= NEAREST)
-                || !promises(reached, tolerance)
-                || !promises(distance, NEAREST)
-            {
+            let there = arrived(reached, distance, tolerance) == 1;
+            if there || promises(reached, distance, ratio, left, tolerance) == 0 {
                 return;
             }
             add_step(system, &mut self.trial, &self.units, &self.correction, -1.0);
-            let shrunk = self.try_trial(system) && self.largest() < 0.5 * reached;
+            let shrunk = self.try_trial(system) && keeps(self.largest(), reached) == 1;
             if !shrunk {
                 add_step(system, &mut self.trial, &self.units, &self.correction, 1.0);
                 self.try_trial(system);
@@ -264,10 +262,10 @@ impl Buffers {
         self.residual.iter().fold(0.0, |m, r| r.abs().max(m))
     }
 
-    /// The factor that keeps every scaled coordinate of a step below [`LONGEST`].
+    /// The factor that keeps every scaled coordinate of a step in bounds.
     fn longest(&self) -> f64 {
         let largest = self.step.iter().take(self.state.unknowns).fold(0.0_f64, |m, s| m.max(s.abs()));
-        (LONGEST / largest).min(1.0)
+        longest_part(largest)
     }
 
     /// trial = point + factor · step.
@@ -279,16 +277,6 @@ impl Buffers {
 
 /// Step of central differences in scaled unknowns.
 const DIFFERENCE: f64 = 1e-5;
-/// Below this the scaled residual is rounding error of the assembly.
-pub(crate) const FLOOR: f64 = 1e-8;
-/// Largest distance from the equilibrium in scaled unknowns: near a bifurcation residuals vanish early.
-pub(crate) const NEAREST: f64 = 2e-11;
-/// How often a tangent serves once more at most.
-pub(crate) const MOST_REUSES: i32 = 3;
-/// Shortest part of a Newton step that is tried.
-const SHORTEST: f64 = 1.0 / 4096.0;
-/// Largest change of a scaled coordinate (curvature times length: an angle in rad) in one step.
-pub(crate) const LONGEST: f64 = 20.0;
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()

@@ -8,7 +8,7 @@ use super::command::{Actuator, Command, CommandProblem, Drive};
 use super::edges::{LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge};
 use super::newton::Failure;
 use super::system::{Buffers, System};
-use super::{Equilibrium, Reason, Settings, Solver, Statistics, Status, stability};
+use super::{Equilibrium, Reason, Settings, Solver, Statistics, Status, constraint, stability};
 use crate::design::Robot;
 use crate::kinematics::layout::{Cut, Layout};
 use crate::real::Each;
@@ -69,7 +69,7 @@ impl Solver {
             && equilibrium.robot.serial() == robot.serial()
             && equilibrium.status.is_equilibrium()
             && equilibrium.settings == *settings
-            && equilibrium.command.knob == command.knob
+            && equilibrium.command.rotation_means == command.rotation_means
             && equilibrium.command.loads == command.loads;
         equilibrium.settings = *settings;
         equilibrium.belong_to(robot);
@@ -116,15 +116,6 @@ fn is_symmetric(robot: &Robot, command: &Command) -> bool {
     robot.is_planar() && command.loads.is_planar() && !command.actuators.iter().any(turned)
 }
 
-/// Locked angles need no holding; a condition on them would be empty.
-pub(crate) fn hold_locked(drives: &mut [Actuator], settings: &Settings) {
-    if settings.resolution.angle == 0 {
-        for actuator in drives {
-            actuator.rotation = Drive::Effort(0.0);
-        }
-    }
-}
-
 struct Finder<'a> {
     robot: &'a Robot,
     buffers: &'a mut Buffers,
@@ -153,8 +144,7 @@ impl Finder<'_> {
             edges |= u64::from(has_edge(self.robot, f, motion)) << f;
         }
         let drives = &mut self.buffers.drives;
-        drives.clone_from(&command.actuators);
-        hold_locked(drives, self.settings);
+        constraint::drives(command, self.settings, 0, drives);
         self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
         std::mem::swap(drives, &mut equilibrium.drives);
         // Each prescribed force settles its edge in at most two turns; a third finds it between both, a fourth at the plate.
@@ -235,7 +225,7 @@ impl Finder<'_> {
                 robot,
                 layout: &result.layout,
                 loads: Each::same(&command.loads),
-                knob: command.knob,
+                rotation_means: command.rotation_means,
                 actuators: Each::same(&result.drives),
                 formulation: settings.formulation,
             };
@@ -294,22 +284,15 @@ impl Finder<'_> {
                 result.point.coordinates[i] = estimate(follower - 1);
             }
         }
-        for (f, actuator) in result.drives.iter().enumerate() {
-            if let Drive::Effort(force) = actuator.push_pull {
-                result.point.efforts.tension[f] = force;
-            }
-            if let Drive::Effort(torque) = actuator.rotation {
-                result.point.efforts.torque[f] = torque;
-            }
-        }
+        constraint::prescribe(&Each::same(&result.drives), &mut result.point.efforts);
         result.layout = layout;
         known
     }
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
         // A follower that has slid by the robot's length has left it.
-        let knobs = &self.buffers.assembly.knobs;
-        let inside = knobs.iter().all(|knob| knob[0].abs() < self.robot.length());
+        let motions = &self.buffers.assembly.motions;
+        let inside = motions.iter().all(|motion| motion[0].abs() < self.robot.length());
         result.status = match (outcome, stable) {
             (Ok(()), _) if !inside => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
             (Ok(()), true) => Status::Converged,

@@ -1,14 +1,14 @@
 //! The conditions of equilibrium of one layout, their tangent and its factors.
 //!
 //! Unknowns y = (u, efforts of the actuators whose motion is prescribed, λ of the edges); conditions
-//! (𝓛_u, −(knob − prescribed), x_b). Everything is scaled by the length L, by E_0 = EI/L for energies and by
+//! (𝓛_u, −(rotation_means − prescribed), x_b). Everything is scaled by the length L, by E_0 = EI/L for energies and by
 //! E_0/L for forces, so that one tolerance serves all rows.
 //!
 //! Before the tangent is factored, ρ c_u times the row of every condition c is added to the rows of the coordinates, on both
 //! sides of the equations. That changes no solution, and where the equilibrium is stable it makes the tangent positive on
 //! all coordinates: eliminating in their order is then safe, and the signs of the pivots prove the stability.
 
-use super::command::{Actuator, Drive};
+use super::command::Actuator;
 use super::settings::Formulation;
 use crate::dense::{Lu, axpy, dot};
 use crate::design::Robot;
@@ -17,7 +17,7 @@ use crate::kinematics::pose::Poses;
 use crate::kinematics::state::State;
 use crate::real::{Each, Real, every};
 use crate::statics::assembly::{Assembly, Efforts, Setting};
-use crate::statics::{Loads, RotationKnob};
+use crate::statics::{Loads, RotationMeans};
 use num_traits::Zero;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,14 +28,19 @@ pub(crate) struct System<'a> {
     pub robot: &'a Robot,
     pub layout: &'a Layout,
     pub loads: Each<'a, Loads>,
-    pub knob: RotationKnob,
+    pub rotation_means: RotationMeans,
     pub actuators: Each<'a, [Actuator]>,
     pub formulation: Formulation,
 }
 
 impl<'a> System<'a> {
     pub(super) fn setting(&self) -> Setting<'a> {
-        Setting { robot: self.robot, layout: self.layout, loads: self.loads, knob: self.knob }
+        Setting {
+            robot: self.robot,
+            layout: self.layout,
+            loads: self.loads,
+            rotation_means: self.rotation_means,
+        }
     }
 }
 
@@ -233,11 +238,10 @@ impl<S: Real> Buffers<S> {
         self.residual.clear();
         let slopes = self.assembly.gradient.iter().zip(&self.units);
         self.residual.extend(slopes.map(|(slope, unit)| *slope * (unit * inverse)));
-        for (f, which, factor) in held(system) {
-            let value = self.assembly.knobs[f][which] - system.wanted::<S>(f, which);
-            self.residual.push(value * factor);
-        }
-        self.residual.extend(self.assembly.edges.iter().map(|edge| *edge * (1.0 / scale.length)));
+        let assembly = &self.assembly;
+        self.residual.extend(system.constraints().map(|constraint| {
+            (constraint.value(assembly) - constraint.target::<S>(system)) * constraint.scale(scale)
+        }));
     }
 
     /// Puts the whole KKT matrix together, unless that has been done for the tangent evaluated last.
@@ -265,12 +269,11 @@ impl<S: Real> Buffers<S> {
 
     /// Scaled rows of the conditions.
     fn compose_conditions(&mut self, system: &System) {
-        let length = system.robot.length();
+        let scale = Scale::of(system.robot);
         let Self { conditions, units, assembly, .. } = self;
-        let knobs = held(system).map(|(f, which, factor)| (&assembly.knob_rows[f][which], factor));
-        let edges = assembly.edge_rows.iter().map(|row| (row, 1.0 / length));
         conditions.clear();
-        for (row, factor) in knobs.chain(edges) {
+        for constraint in system.constraints() {
+            let (row, factor) = (constraint.row(assembly), constraint.scale(scale));
             conditions.extend(row.iter().zip(&*units).map(|(slope, unit)| *slope * (factor * unit)));
         }
     }
@@ -342,16 +345,6 @@ impl<S: Real> Buffers<S> {
     }
 }
 
-impl System<'_> {
-    /// What a motion is to become.
-    fn wanted<S: Real>(&self, follower: usize, which: usize) -> S {
-        S::from_lanes(|l| {
-            let actuator = &self.actuators.0[l][follower];
-            [actuator.push_pull, actuator.rotation][which].value()
-        })
-    }
-}
-
 impl Buffers {
     /// Has another thread asked to end?
     pub fn is_stopped(&self) -> bool {
@@ -374,42 +367,10 @@ pub(crate) fn add_step<S: Real>(system: &System, point: &mut Point<S>, units: &[
     for ((coordinate, step), unit) in point.coordinates.iter_mut().zip(step).zip(units) {
         *coordinate += factor * *step * *unit;
     }
-    let mut steps = step[n_u..].iter().map(|s| factor * *s);
-    let force = scale.energy / scale.length;
-    let mut add = |target: &mut S, unit: f64| {
-        if let Some(step) = steps.next() {
-            *target += step * unit;
-        }
-    };
-    for (f, actuator) in system.actuators.first().iter().enumerate() {
-        if matches!(actuator.push_pull, Drive::Motion(_)) {
-            add(&mut point.efforts.tension[f], force);
-        }
-        if matches!(actuator.rotation, Drive::Motion(_)) {
-            add(&mut point.efforts.torque[f], scale.energy);
-        }
-    }
-    for multiplier in &mut point.efforts.edge {
-        add(multiplier, force);
+    for (constraint, step) in system.constraints().zip(&step[n_u..]) {
+        *constraint.effort(&mut point.efforts) += factor * *step * constraint.effort_unit(scale);
     }
 }
 
 /// Stiffness of a condition's penalty; bending of the whole robot has the stiffness 1.
 const PENALTY: f64 = 10.0;
-
-/// Actuators whose motion is prescribed: follower, push-pull (0) or rotation (1), and the factor that scales the condition.
-fn held<'a>(system: &System<'a>) -> impl Iterator<Item = (usize, usize, f64)> + use<'a> {
-    let length = system.robot.length();
-    system.actuators.first().iter().enumerate().flat_map(move |(f, actuator)| {
-        let drives = [(0, actuator.push_pull, -1.0 / length), (1, actuator.rotation, -1.0)];
-        drives
-            .into_iter()
-            .filter(|(_, drive, _)| drive.is_motion())
-            .map(move |(which, _, factor)| (f, which, factor))
-    })
-}
-
-/// How many conditions join the gradient.
-pub(crate) fn condition_count(system: &System) -> usize {
-    held(system).count() + system.layout.edges.len()
-}

@@ -7,7 +7,7 @@ use crate::design::{Profile, Robot, RobotDesign, StiffnessTube, TubeDesign};
 use crate::kinematics::Resolution;
 use crate::kinematics::layout::Layouts;
 use crate::real::{Each, Real};
-use crate::statics::{Loads, RotationKnob};
+use crate::statics::{Loads, RotationMeans};
 use nalgebra::Vector3;
 use num_traits::{One, Zero};
 use std::cell::Cell;
@@ -123,7 +123,7 @@ fn count(tubes: Vec<TubeDesign>, resolution: Resolution, loads: &Loads) -> [u64;
         robot: &robot,
         layout: &layout,
         loads: Each::same(loads),
-        knob: RotationKnob::Base,
+        rotation_means: RotationMeans::Base,
         actuators: Each::same(&drives),
         formulation: Formulation::Consistent,
     };

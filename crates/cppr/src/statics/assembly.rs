@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 
 /// What the conjugate of the actuation torque is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum RotationKnob {
+pub enum RotationMeans {
     /// The rotation Ω_k of the follower's base, as a motor turns it.
     #[default]
     Base,
@@ -57,9 +57,9 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub hessian: Vec<S>,
     pub symmetric: bool,
     /// Per follower: Δa_k and Ω_k (or −Δθ_k(0)).
-    pub knobs: Vec<[S; 2]>,
+    pub motions: Vec<[S; 2]>,
     /// Their rows by u.
-    pub knob_rows: Vec<[Vec<S>; 2]>,
+    pub motion_rows: Vec<[Vec<S>; 2]>,
     /// Per edge: x_b and its row.
     pub edges: Vec<S>,
     pub edge_rows: Vec<Vec<S>>,
@@ -102,7 +102,7 @@ pub(crate) struct Setting<'a> {
     pub layout: &'a Layout,
     /// The loads of every lane: of the same kinds at the same labels.
     pub loads: Each<'a, Loads>,
-    pub knob: RotationKnob,
+    pub rotation_means: RotationMeans,
 }
 
 impl Setting<'_> {
@@ -139,8 +139,10 @@ pub(crate) fn applied<S: Real>(
 ) {
     let layout = setting.layout;
     let tip = layout.nodes + layout.elements.len() - 1;
+    // Gravity acts at the nodes, distributed forces at those that they reach.
+    let Loads { wrenches, distributed: _, gravity: _, threads } = setting.kinds();
     all.clear();
-    for (i, wrench) in setting.kinds().wrenches.iter().enumerate() {
+    for (i, wrench) in wrenches.iter().enumerate() {
         let at = match wrench.station {
             Station::Tip => Some(tip),
             Station::Label(label) => end_point(layout, coordinates, label),
@@ -153,7 +155,7 @@ pub(crate) fn applied<S: Real>(
             all.push((at, Applied::wrench(wrench.frame, rotation, &force, &moment, &point)));
         }
     }
-    for i in 0..setting.kinds().threads.len() {
+    for i in 0..threads.len() {
         let (rotation, centre) = (&poses.rotation[tip], &poses.centre[tip]);
         let load = |l: usize| {
             setting.loads.0[l].threads[i].at(&rotation.map(|r| r.lane(l)), &centre.map(|c| c.lane(l)))
@@ -218,9 +220,9 @@ impl<S: Real> Assembly<S> {
 
     /// Actuator positions and edges.
     fn conditions(&mut self, setting: &Setting, state: &State<S>) {
-        let Setting { robot, layout, knob, .. } = setting;
+        let Setting { robot, layout, rotation_means, .. } = setting;
         let followers = layout.tubes - 1;
-        self.knobs.resize(followers, [S::zero(); 2]);
+        self.motions.resize(followers, [S::zero(); 2]);
         if self.known != (robot.serial(), layout.serial) {
             let leader = robot.fields()[0].direction(0.0, Part::Pattern)[0];
             let at_rest = |f: usize| leader + PI - robot.rest_angle(f + 1, 0.0)[0];
@@ -229,14 +231,14 @@ impl<S: Real> Assembly<S> {
         }
         for f in 0..followers {
             let [face, angle] = state.joints[f];
-            let position = match knob {
-                RotationKnob::Base => {
+            let position = match rotation_means {
+                RotationMeans::Base => {
                     let own = robot.fields()[f + 1].direction(face, part_at_base(layout, f));
                     -angle - own[0] + self.turn_at_rest[f]
                 }
-                RotationKnob::RelativeAngle => -angle,
+                RotationMeans::RelativeAngle => -angle,
             };
-            self.knobs[f] = [face, position];
+            self.motions[f] = [face, position];
         }
         self.edges.resize(layout.edges.len(), S::zero());
         for (e, element) in layout.elements.iter().enumerate() {
@@ -249,8 +251,8 @@ impl<S: Real> Assembly<S> {
     /// Their rows.
     pub fn condition_rows(&mut self, setting: &Setting, state: &State<S>) {
         let layout = setting.layout;
-        self.knob_rows.resize(layout.tubes - 1, [Vec::new(), Vec::new()]);
-        for (f, [face_row, angle_row]) in self.knob_rows.iter_mut().enumerate() {
+        self.motion_rows.resize(layout.tubes - 1, [Vec::new(), Vec::new()]);
+        for (f, [face_row, angle_row]) in self.motion_rows.iter_mut().enumerate() {
             let slope = turn_at_base(setting, state, f, 1);
             face_row.clear();
             face_row.extend_from_slice(state.joint_row(0, f, 0));
@@ -335,12 +337,12 @@ fn part_at_base(layout: &Layout, f: usize) -> Part {
 
 /// Derivative of order 1 or 2 of a follower's direction φ_k at the plate, as far as its rotation feels it.
 pub(super) fn turn_at_base<S: Real>(setting: &Setting, state: &State<S>, f: usize, order: usize) -> S {
-    match setting.knob {
-        RotationKnob::Base => {
+    match setting.rotation_means {
+        RotationMeans::Base => {
             let fields = &setting.robot.fields()[f + 1];
             fields.direction(state.joints[f][0], part_at_base(setting.layout, f))[order]
         }
-        RotationKnob::RelativeAngle => S::zero(),
+        RotationMeans::RelativeAngle => S::zero(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Lagrangian once more, written plainly over dual numbers, against the assembled gradient and Hessian.
 
-use super::assembly::{Assembly, Efforts, RotationKnob, Setting};
+use super::assembly::{Assembly, Efforts, RotationMeans, Setting};
 use super::load::{DistributedForce, Frame, Loads, Station, Thread, Wrench};
 use crate::design::fields::{FieldJets, Fields, Jet, Part};
 use crate::design::{BelowPlate, Material, NotchedTube, Outline, Profile, StiffnessTube, Torsion};
@@ -74,7 +74,7 @@ pub(super) fn primal_along<T: Number>(
     u: &[T],
     along: Option<(&[Fields], T)>,
 ) -> Primal<T> {
-    let Setting { robot, layout, knob, .. } = setting;
+    let Setting { robot, layout, rotation_means, .. } = setting;
     let loads = setting.kinds();
     let value = |tube: usize, x: T, part: Part, pick: fn(&FieldJets) -> Jet| {
         let own = taylor(pick(&robot.fields()[tube].jets(x.re(), part)), x);
@@ -178,12 +178,12 @@ pub(super) fn primal_along<T: Number>(
     }
     for f in 0..followers {
         let phi = |tube: usize| robot.fields()[tube].direction(0.0, Part::Pattern)[0];
-        let rotation = match knob {
-            RotationKnob::Base => {
+        let rotation = match rotation_means {
+            RotationMeans::Base => {
                 let d = robot.fields()[f + 1].direction(joint[f][0].re(), part(&layout.elements[0], f + 1));
                 T::from(phi(f + 1)) - joint[f][1] - taylor([d[0], d[1], d[2]], joint[f][0])
             }
-            RotationKnob::RelativeAngle => -joint[f][1],
+            RotationMeans::RelativeAngle => -joint[f][1],
         };
         total -= joint[f][0] * efforts.tension[f] + rotation * efforts.torque[f];
     }
@@ -392,17 +392,17 @@ impl Case {
         Self { robot, layout, loads, efforts, u, units }
     }
 
-    pub fn setting(&self, knob: RotationKnob) -> Setting<'_> {
-        Setting { robot: &self.robot, layout: &self.layout, loads: Each::same(&self.loads), knob }
+    pub fn setting(&self, rotation_means: RotationMeans) -> Setting<'_> {
+        Setting { robot: &self.robot, layout: &self.layout, loads: Each::same(&self.loads), rotation_means }
     }
 
-    pub fn assemble(&self, knob: RotationKnob, u: &[f64]) -> Assembly {
+    pub fn assemble(&self, rotation_means: RotationMeans, u: &[f64]) -> Assembly {
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
         assert_eq!(state.evaluate(&self.robot, &self.layout, u), 0);
         assert_eq!(state.differentiate(&self.robot, &self.layout, u), 0);
         poses.evaluate(&self.robot, &self.layout, &state);
         poses.differentiate(&self.layout, &state, true);
-        let setting = self.setting(knob);
+        let setting = self.setting(rotation_means);
         assembly.residual(&setting, u, &state, &poses, &self.efforts);
         assembly.tangent(&setting, &state, &poses, &self.efforts);
         assembly
@@ -419,21 +419,21 @@ pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn gradient_and_hessian_are_those_of_the_lagrangian() {
-    for (seed, (stretch, loaded, edge, knob)) in [
-        (false, false, true, RotationKnob::Base),
-        (false, true, true, RotationKnob::Base),
-        (true, true, true, RotationKnob::RelativeAngle),
-        (true, false, true, RotationKnob::Base),
-        (false, true, false, RotationKnob::Base),
-        (true, false, false, RotationKnob::Base),
+    for (seed, (stretch, loaded, edge, rotation_means)) in [
+        (false, false, true, RotationMeans::Base),
+        (false, true, true, RotationMeans::Base),
+        (true, true, true, RotationMeans::RelativeAngle),
+        (true, false, true, RotationMeans::Base),
+        (false, true, false, RotationMeans::Base),
+        (true, false, false, RotationMeans::Base),
     ]
     .into_iter()
     .enumerate()
     {
         let loads = if loaded { potential_loads() } else { Loads::none() };
         let case = Case::new(loads, stretch, edge, seed as u64 + 1);
-        let assembly = case.assemble(knob, &case.u);
-        let setting = case.setting(knob);
+        let assembly = case.assemble(rotation_means, &case.u);
+        let setting = case.setting(rotation_means);
         let n = case.u.len();
         let mut noise = Noise(99);
         for _ in 0..6 {
@@ -490,9 +490,9 @@ fn loads_without_potential_do_their_virtual_work() {
     ];
     for loads in all {
         let case = Case::new(loads.clone(), false, true, 7);
-        let assembly = case.assemble(RotationKnob::Base, &case.u);
+        let assembly = case.assemble(RotationMeans::Base, &case.u);
         let unloaded = Loads::none();
-        let free = Setting { loads: Each::same(&unloaded), ..case.setting(RotationKnob::Base) };
+        let free = Setting { loads: Each::same(&unloaded), ..case.setting(RotationMeans::Base) };
         let mut noise = Noise(5);
         for _ in 0..4 {
             let v = case.direction(&mut noise);
@@ -541,7 +541,7 @@ fn loads_without_potential_do_their_virtual_work() {
             let h = 1e-6;
             let at = |sign: f64| {
                 let u: Vec<f64> = case.u.iter().zip(&v).map(|(u, v)| u + sign * h * v).collect();
-                case.assemble(RotationKnob::Base, &u).gradient
+                case.assemble(RotationMeans::Base, &u).gradient
             };
             let (ahead, behind) = (at(1.0), at(-1.0));
             for i in 0..n {

@@ -4,7 +4,7 @@
 //! derivative is the mixed part of a hyper-dual number: one direction in the coordinates, the other in the material fields, whose rates
 //! are those of the tables.
 
-use super::assembly::RotationKnob;
+use super::assembly::RotationMeans;
 use super::check::{Case, Noise, inner, potential_loads, primal_along};
 use crate::design::fields::{FieldValues, Fields};
 use crate::design::{Robot, TubeDesign};
@@ -84,7 +84,7 @@ pub(super) const PARAMETERS: [(&str, usize, Change); 7] = [
 #[test]
 fn conditions_by_parameters_are_those_of_dual_numbers() {
     let step = 1e-3;
-    for (stretch, knob) in [(false, RotationKnob::Base), (true, RotationKnob::RelativeAngle)] {
+    for (stretch, rotation_means) in [(false, RotationMeans::Base), (true, RotationMeans::RelativeAngle)] {
         let case = Case::new(potential_loads(), stretch, true, 7);
         for (name, tube, change) in PARAMETERS {
             let robots = SHARES.map(|(at, _)| {
@@ -97,7 +97,7 @@ fn conditions_by_parameters_are_those_of_dual_numbers() {
             for (robot, (_, share)) in robots.iter().zip(SHARES) {
                 let mut moved = Case::new(potential_loads(), stretch, true, 7);
                 moved.robot = robot.clone();
-                for (d, g) in difference.iter_mut().zip(&moved.assemble(knob, &case.u).gradient) {
+                for (d, g) in difference.iter_mut().zip(&moved.assemble(rotation_means, &case.u).gradient) {
                     *d += share * g / (12.0 * step);
                 }
             }
@@ -110,7 +110,8 @@ fn conditions_by_parameters_are_those_of_dual_numbers() {
                     case.u.iter().zip(&v).map(|(u, v)| HyperDual64::new(*u, *v, 0.0, 0.0)).collect();
                 let p = HyperDual64::new(0.0, 0.0, 1.0, 0.0);
                 let exact =
-                    primal_along(&case.setting(knob), &case.efforts, &u, Some((&fields, p))).lagrangian;
+                    primal_along(&case.setting(rotation_means), &case.efforts, &u, Some((&fields, p)))
+                        .lagrangian;
                 let (got, want) = (inner(&difference, &v), exact.eps1eps2);
                 largest = largest.max(want.abs());
                 assert!((got - want).abs() < 1e-9 * (want.abs() + 1e-2), "{name}: {got} {want}");

@@ -4,7 +4,7 @@
 //! hyper-dual numbers, the tip's twist from dual numbers, the linear system solved by nalgebra. Nothing is shared with
 //! `analysis::sensitivity` but the equilibrium itself.
 
-use super::assembly::{Efforts, RotationKnob, Setting};
+use super::assembly::{Efforts, RotationMeans, Setting};
 use super::check::{Pose, potential_loads, primal_along, test_robot};
 use super::check_parameters::{PARAMETERS, SHARES, rates};
 use crate::analysis::Perturbed;
@@ -26,7 +26,7 @@ fn commands() -> [Command; 2] {
     .map(|pairs| Command {
         actuators: pairs.map(|(push_pull, rotation)| Actuator { push_pull, rotation }).to_vec(),
         loads: potential_loads(),
-        knob: RotationKnob::Base,
+        rotation_means: RotationMeans::Base,
     })
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Plain<'a> {
     efforts: Efforts,
     pub u: Vec<f64>,
     /// Slope of the gradient by every input's effort: minus the slope of its motion.
-    knobs: Vec<DVector<f64>>,
+    motions: Vec<DVector<f64>>,
     /// Inputs whose motion is prescribed: their efforts are unknown, and so are those of the edges.
     unknown: Vec<usize>,
     /// Second derivatives of 𝓛, the conditions that are kept beside and below.
@@ -66,7 +66,7 @@ impl<'a> Plain<'a> {
             robot,
             layout: &found.layout,
             loads: Each::same(&found.command.loads),
-            knob: found.command.knob,
+            rotation_means: found.command.rotation_means,
         };
         let (efforts, u) = (found.point.efforts.clone(), found.point.coordinates.clone());
         let n = u.len();
@@ -83,14 +83,14 @@ impl<'a> Plain<'a> {
             gradient(&other) - &here
         };
         let inputs = 2 * found.drives.len();
-        let knobs: Vec<_> = (0..inputs).map(|k| slope(&|e| *effort(e, k) += 1.0)).collect();
+        let motions: Vec<_> = (0..inputs).map(|k| slope(&|e| *effort(e, k) += 1.0)).collect();
         let edges: Vec<_> = (0..efforts.edge.len()).map(|b| slope(&|e| e.edge[b] += 1.0)).collect();
         let is_motion = |k: &usize| {
             let actuator = found.drives[k / 2];
             matches!([actuator.push_pull, actuator.rotation][k % 2], Drive::Motion(_))
         };
         let unknown: Vec<usize> = (0..inputs).filter(is_motion).collect();
-        let rows: Vec<&DVector<f64>> = unknown.iter().map(|&k| &knobs[k]).chain(&edges).collect();
+        let rows: Vec<&DVector<f64>> = unknown.iter().map(|&k| &motions[k]).chain(&edges).collect();
         let mut tangent = DMatrix::zeros(n + rows.len(), n + rows.len());
         for i in 0..n {
             for j in 0..=i {
@@ -111,7 +111,7 @@ impl<'a> Plain<'a> {
             let moved = ahead(&efforts, i);
             twist.column_mut(i).copy_from_slice(&rate_of(moved.ends.last().unwrap()));
         }
-        Self { setting, efforts, u, knobs, unknown, tangent: tangent.clone().lu(), matrix: tangent, twist }
+        Self { setting, efforts, u, motions, unknown, tangent: tangent.clone().lu(), matrix: tangent, twist }
     }
 
     /// Answer of coordinates and unknown efforts where the gradient changes by `load` and its slopes by the unknown efforts, the
@@ -151,7 +151,7 @@ impl<'a> Plain<'a> {
         let n = self.u.len();
         match self.unknown.iter().position(|&k| k == input) {
             Some(place) => answer[n + place],
-            None => -self.knobs[input].dot(&answer.rows(0, n)),
+            None => -self.motions[input].dot(&answer.rows(0, n)),
         }
     }
 }
@@ -194,7 +194,7 @@ fn jacobians_and_compliance_are_those_of_dual_numbers() {
                 Some(place) => {
                     plain.answer(&free, &DVector::from_fn(conditions, |c, _| f64::from(u8::from(c == place))))
                 }
-                None => plain.answer(&plain.knobs[k], &kept),
+                None => plain.answer(&plain.motions[k], &kept),
             };
             let tip = plain.tip(&answer);
             for (what, rows) in [("translation", 0), ("rotation", 3)] {

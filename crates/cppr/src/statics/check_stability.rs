@@ -8,7 +8,7 @@ use super::check_sensitivity::Plain;
 use crate::design::{Profile, Robot, RobotDesign, StiffnessTube, TubeDesign};
 use crate::kinematics::Resolution;
 use crate::solve::{Actuator, Command, Drive, Settings, Solver, Status};
-use crate::statics::{Loads, RotationKnob};
+use crate::statics::{Loads, RotationMeans};
 use nalgebra::{Cholesky, DMatrix, DVector, SVD, Vector3};
 use std::f64::consts::PI;
 
@@ -62,7 +62,8 @@ fn margin_and_critical_mode_solve_the_eigenvalue_problem_of_dual_numbers() {
         let n = straight.u.len();
         let elastic = straight.matrix.view((0, 0), (n, n)).into_owned();
         let actuators = vec![Actuator { push_pull, rotation }];
-        let command = Command { actuators, loads: Loads::tip_force(force), knob: RotationKnob::Base };
+        let command =
+            Command { actuators, loads: Loads::tip_force(force), rotation_means: RotationMeans::Base };
         let found = solver.solve(&command).unwrap();
         assert_eq!(found.status == Status::Converged, inertia == 0, "{force}: {}", found.status);
         let own = solver.stability(&found).unwrap();

@@ -125,6 +125,8 @@ pub enum LoadProblem {
     },
     /// A pulley radius or a tension is negative (SI).
     Negative(&'static str, f64),
+    /// Gravity is to act on a robot without mass.
+    NoMass,
 }
 
 impl fmt::Display for LoadProblem {
@@ -145,6 +147,10 @@ impl fmt::Display for LoadProblem {
                     to * 1e3
                 )
             }
+            Self::NoMass => write!(
+                f,
+                "gravity acts on nothing: this robot has no mass; give its tubes a density or a mass per length"
+            ),
             Self::Negative(what, value) => write!(f, "{what} is {value}; it cannot be negative"),
         }
     }
@@ -168,37 +174,33 @@ impl Loads {
     /// True where nothing acts.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.wrenches.is_empty()
-            && self.distributed.is_empty()
-            && self.gravity.is_none()
-            && self.threads.is_empty()
+        let Self { wrenches, distributed, gravity, threads } = self;
+        wrenches.is_empty() && distributed.is_empty() && gravity.is_none() && threads.is_empty()
     }
 
     /// The same loads, each multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let mut scaled = self.clone();
-        for w in &mut scaled.wrenches {
-            w.force *= factor;
-            w.moment *= factor;
+        let Self { wrenches, distributed, gravity, threads } = self;
+        let wrench = |w: &Wrench| Wrench { force: w.force * factor, moment: w.moment * factor, ..*w };
+        let spread = |d: &DistributedForce| DistributedForce { force: d.force * factor, ..*d };
+        let thread = |t: &Thread| Thread { tension: t.tension * factor, ..*t };
+        Self {
+            wrenches: wrenches.iter().map(wrench).collect(),
+            distributed: distributed.iter().map(spread).collect(),
+            gravity: gravity.map(|g| g * factor),
+            threads: threads.iter().map(thread).collect(),
         }
-        for d in &mut scaled.distributed {
-            d.force *= factor;
-        }
-        scaled.gravity = scaled.gravity.map(|g| g * factor);
-        for t in &mut scaled.threads {
-            t.tension *= factor;
-        }
-        scaled
     }
 
     /// These loads and others at once.
     #[must_use]
     pub fn joined(mut self, other: Self) -> Self {
-        self.wrenches.extend(other.wrenches);
-        self.distributed.extend(other.distributed);
-        self.threads.extend(other.threads);
-        self.gravity = match (self.gravity, other.gravity) {
+        let Self { wrenches, distributed, gravity, threads } = other;
+        self.wrenches.extend(wrenches);
+        self.distributed.extend(distributed);
+        self.threads.extend(threads);
+        self.gravity = match (self.gravity, gravity) {
             (Some(a), Some(b)) => Some(a + b),
             (a, b) => a.or(b),
         };
@@ -209,8 +211,10 @@ impl Loads {
     /// moments, no follower loads, and no pulley with a radius (eq 98 has a potential in the pulley's plane only).
     #[must_use]
     pub fn is_conservative(&self) -> bool {
-        self.wrenches.iter().all(|w| w.frame == Frame::World && w.moment == Vector3::zeros())
-            && self.threads.iter().all(|thread| thread.radius <= 0.0)
+        // Distributed forces and gravity are dead.
+        let Self { wrenches, distributed: _, gravity: _, threads } = self;
+        wrenches.iter().all(|w| w.frame == Frame::World && w.moment == Vector3::zeros())
+            && threads.iter().all(|thread| thread.radius <= 0.0)
     }
 
     /// True where no load acts across the X–Y plane.
@@ -218,10 +222,11 @@ impl Loads {
     pub fn is_planar(&self) -> bool {
         let flat = |v: &Vector3<f64>| v.z.abs() <= 0.0;
         let along_z = |v: &Vector3<f64>| v.x.abs() <= 0.0 && v.y.abs() <= 0.0;
-        self.wrenches.iter().all(|w| flat(&w.force) && flat(&w.point) && along_z(&w.moment))
-            && self.distributed.iter().all(|d| flat(&d.force))
-            && self.gravity.is_none_or(|g| flat(&g))
-            && self.threads.iter().all(|t| flat(&t.pulley) && flat(&t.point))
+        let Self { wrenches, distributed, gravity, threads } = self;
+        wrenches.iter().all(|w| flat(&w.force) && flat(&w.point) && along_z(&w.moment))
+            && distributed.iter().all(|d| flat(&d.force))
+            && gravity.is_none_or(|g| flat(&g))
+            && threads.iter().all(|t| flat(&t.pulley) && flat(&t.point))
     }
 
     /// What is wrong with the loads, on a robot.
@@ -238,7 +243,8 @@ impl Loads {
                 Err(LoadProblem::OutsideRobot { label, length })
             }
         };
-        for w in &self.wrenches {
+        let Self { wrenches, distributed, gravity, threads } = self;
+        for w in wrenches {
             if !(finite(&w.force) && finite(&w.moment) && finite(&w.point)) {
                 return Err(LoadProblem::NotFinite("a wrench"));
             }
@@ -246,7 +252,7 @@ impl Loads {
                 inside(label)?;
             }
         }
-        for d in &self.distributed {
+        for d in distributed {
             if !finite(&d.force) {
                 return Err(LoadProblem::NotFinite("a distributed force"));
             }
@@ -256,10 +262,13 @@ impl Loads {
                 return Err(LoadProblem::Backwards { from: d.from, to: d.to });
             }
         }
-        if self.gravity.is_some_and(|g| !finite(&g)) {
+        if gravity.is_some_and(|g| !finite(&g)) {
             return Err(LoadProblem::NotFinite("the gravity"));
         }
-        for t in &self.threads {
+        if gravity.is_some() && !robot.has_mass() {
+            return Err(LoadProblem::NoMass);
+        }
+        for t in threads {
             if !(finite(&t.pulley) && finite(&t.point) && t.tension.is_finite() && t.radius.is_finite()) {
                 return Err(LoadProblem::NotFinite("a thread"));
             }
@@ -273,13 +282,38 @@ impl Loads {
         Ok(())
     }
 
+    /// Copies without giving memory back.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        let Self { wrenches, distributed, gravity, threads } = other;
+        self.wrenches.clone_from(wrenches);
+        self.distributed.clone_from(distributed);
+        self.gravity = *gravity;
+        self.threads.clone_from(threads);
+    }
+
+    /// Do both differ in numbers only, so that they make the same elements and act in the same way?
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let Self { wrenches, distributed, gravity, threads } = self;
+        wrenches.len() == other.wrenches.len()
+            && wrenches.iter().zip(&other.wrenches).all(|(a, b)| a.station == b.station && a.frame == b.frame)
+            && distributed.len() == other.distributed.len()
+            && distributed
+                .iter()
+                .zip(&other.distributed)
+                .all(|(a, b)| (a.from - b.from).abs() <= 0.0 && (a.to - b.to).abs() <= 0.0)
+            && gravity.is_some() == other.gravity.is_some()
+            && threads.len() == other.threads.len()
+    }
+
     /// Labels where concentrated loads act or distributed ones begin and end: the fields have kinks there.
     pub(crate) fn cuts(&self) -> impl Iterator<Item = f64> {
-        let concentrated = self.wrenches.iter().filter_map(|w| match w.station {
+        // Gravity acts everywhere, threads at the tip.
+        let Self { wrenches, distributed, gravity: _, threads: _ } = self;
+        let concentrated = wrenches.iter().filter_map(|w| match w.station {
             Station::Label(label) => Some(label),
             Station::Tip => None,
         });
-        concentrated.chain(self.distributed.iter().flat_map(|d| [d.from, d.to]))
+        concentrated.chain(distributed.iter().flat_map(|d| [d.from, d.to]))
     }
 }
 

@@ -17,5 +17,5 @@ pub(crate) mod printed;
 pub(crate) mod stiffness;
 pub(crate) mod weight;
 
-pub use assembly::RotationKnob;
+pub use assembly::RotationMeans;
 pub use load::{DistributedForce, Frame, LoadProblem, Loads, Station, Thread, Wrench};

@@ -10,7 +10,7 @@ use cppr::design::{
     Torsion, TubeDesign,
 };
 use cppr::solve::{Actuator, Command, Drive};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationKnob, Station, Thread, Wrench};
+use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
 use std::f64::consts::{PI, TAU};
 
 /// A robot of 1 to 4 tubes and a command for it. The robot can be built and the command asked of it.
@@ -177,8 +177,8 @@ fn command(random: &mut Random, robot: &Robot) -> Command {
         };
         actuators.push(Actuator { push_pull, rotation });
     }
-    let knob = if chance(random, 0.1) { RotationKnob::RelativeAngle } else { RotationKnob::Base };
-    Command { actuators, loads: loads(random, robot, bending), knob }
+    let rotation_means = if chance(random, 0.1) { RotationMeans::RelativeAngle } else { RotationMeans::Base };
+    Command { actuators, loads: loads(random, robot, bending), rotation_means }
 }
 
 /// None in half of all cases where there is something else to move the robot, and seldom more than two.

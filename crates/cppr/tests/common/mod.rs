@@ -1,6 +1,7 @@
 //! Robots and helpers shared by the tests.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub mod cases;
 
 use cppr::Vector3;

@@ -16,9 +16,10 @@ use crate::dense::{Determinant, Lu, dot};
 use crate::design::Robot;
 use crate::kinematics::layout::Layout;
 use crate::real::Each;
-use crate::solve::newton::FLOOR;
+use crate::solve::acceptance::{contracts, is_rounding};
+use crate::solve::constraint::{drives, prescribe};
 use crate::solve::stability;
-use crate::solve::system::{Buffers, Point, System, advanced, condition_count};
+use crate::solve::system::{Buffers, Point, System, advanced};
 use crate::solve::{
     Actuator, ActuatorState, Command, Drive, Equilibrium, Settings, Solver, Statistics, Status,
 };
@@ -44,18 +45,9 @@ impl Stage {
     }
 
     fn drives(&self, command: &Command, settings: &Settings) -> Vec<Actuator> {
-        let locked = settings.resolution.angle == 0;
-        let drive = |(f, actuator): (usize, &Actuator)| {
-            let mut drive = *actuator;
-            if self.standing >> f & 1 == 1 {
-                drive.push_pull = Drive::Motion(0.0);
-            }
-            if locked {
-                drive.rotation = Drive::Effort(0.0);
-            }
-            drive
-        };
-        command.actuators.iter().enumerate().map(drive).collect()
+        let mut list = Vec::new();
+        drives(command, settings, self.standing, &mut list);
+        list
     }
 }
 
@@ -118,7 +110,7 @@ pub(super) fn length(stage: &Stage, v: &[f64]) -> f64 {
 
 /// Unknowns and λ of the bordered system of an equilibrium.
 pub(super) fn size_of(found: &Equilibrium) -> usize {
-    found.layout.unknowns() + condition_count(&found.system()) + 1
+    found.layout.unknowns() + found.system().constraints().count() + 1
 }
 
 /// Most corrections of one predicted point.
@@ -153,7 +145,7 @@ impl<'a> Bordered<'a> {
             robot: self.robot,
             layout: &stage.layout,
             loads: Each::same(&command.loads),
-            knob: command.knob,
+            rotation_means: command.rotation_means,
             actuators: Each::same(&drives),
             formulation: self.settings.formulation,
         };
@@ -163,14 +155,7 @@ impl<'a> Bordered<'a> {
     /// Residual and r_y at a place, whose prescribed efforts are brought to its fraction.
     fn conditions(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
         self.with_system(stage, place.fraction, |solver, system| {
-            for (f, actuator) in system.actuators.first().iter().enumerate() {
-                if let Drive::Effort(force) = actuator.push_pull {
-                    place.point.efforts.tension[f] = force;
-                }
-                if let Drive::Effort(torque) = actuator.rotation {
-                    place.point.efforts.torque[f] = torque;
-                }
-            }
+            prescribe(&system.actuators, &mut place.point.efforts);
             solver.buffers.evaluate(system, &place.point).ok()?;
             solver.buffers.compose_matrix(system);
             Some(())
@@ -240,9 +225,9 @@ impl<'a> Bordered<'a> {
             let mut step: Vec<f64> = self.buffers.residual.iter().map(|r| -r).chain([0.0]).collect();
             self.lu.solve(&mut step, 1);
             let size = length(stage, &step);
-            if !(size.is_finite() && size <= 0.5 * before) {
+            if !contracts(size, before) {
                 // Where only rounding is left, corrections stop getting shorter.
-                return (reached <= FLOOR && turn > 0).then_some(turn);
+                return (is_rounding(reached) && turn > 0).then_some(turn);
             }
             before = size;
             self.advance(stage, place, &step, 1.0);
@@ -284,7 +269,7 @@ impl<'a> Bordered<'a> {
             self.with_system(stage, place.fraction, |s, system| stability::spectrum(s.buffers, system));
         let Buffers { assembly, units, .. } = &*self.buffers;
         let rate = |row: &[f64]| row.iter().zip(units).zip(&tangent).map(|((r, u), t)| r * u * t).sum();
-        let sliding = assembly.knob_rows.iter().map(|rows| rate(&rows[0])).collect();
+        let sliding = assembly.motion_rows.iter().map(|rows| rate(&rows[0])).collect();
         let point = self.read(stage, place, spectrum.as_deref());
         let (stage, place) = (stage.clone(), place.clone());
         Some(Node { stage, place, tangent, determinant, spectrum, sliding, point })

@@ -2,8 +2,8 @@
 //!
 //! Motions, efforts and loads are affine in λ, and so are the conditions of equilibrium at fixed unknowns.
 
-use crate::analysis::sensitivity::{Freedom, Input};
-use crate::solve::{ActuatorState, Command, CommandProblem, Drive, Solver};
+use crate::solve::input::tube_of;
+use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Freedom, Input, Solver};
 use crate::statics::Loads;
 use std::fmt;
 
@@ -22,15 +22,9 @@ impl Parameter {
     /// What an actuator answers: the effort where its motion varies, the motion where its effort does. `None` for other
     /// parameters.
     #[must_use]
-    pub fn conjugate(self, actuators: &[ActuatorState]) -> Option<f64> {
+    pub fn conjugate(self, equilibrium: &Equilibrium) -> Option<f64> {
         let Self::Actuator(input) = self else { return None };
-        let state = actuators.get(input.tube.checked_sub(2)?)?;
-        Some(match (input.freedom, input.is_motion) {
-            (Freedom::PushPull, true) => state.tension,
-            (Freedom::PushPull, false) => state.motion,
-            (Freedom::Rotation, true) => state.torque,
-            (Freedom::Rotation, false) => state.rotation,
-        })
+        Some(equilibrium.actuator(input.tube)?.get(input.conjugate().quantity()))
     }
 }
 
@@ -63,7 +57,7 @@ pub enum FamilyProblem {
         tube: usize,
     },
     /// First and last command mean different things by rotation.
-    Knobs,
+    Rotations,
     /// There is no load to vary.
     NoLoad,
     /// An end of the path is NaN or infinite.
@@ -86,7 +80,7 @@ impl fmt::Display for FamilyProblem {
                 f,
                 "tube {tube} is driven by motion at one end of the path and by effort at the other; drive it one way"
             ),
-            Self::Knobs => write!(f, "rotations mean different angles at the ends of the path"),
+            Self::Rotations => write!(f, "rotations mean different angles at the ends of the path"),
             Self::NoLoad => write!(f, "the load factor is to vary, but there is no load"),
             Self::NotFinite => write!(f, "an end of the path is not a finite number"),
             Self::Nothing => write!(f, "the path begins where it ends: nothing varies"),
@@ -109,16 +103,13 @@ impl Family {
     pub fn actuator(command: Command, tube: usize, freedom: Freedom, to: f64) -> Result<Self, FamilyProblem> {
         let tubes = command.actuators.len() + 1;
         let mut last = command.clone();
-        let Some(actuator) = tube.checked_sub(2).and_then(|f| last.actuators.get_mut(f)) else {
+        let Some(actuator) = last.actuator_mut(tube) else {
             return Err(FamilyProblem::NoSuchTube { tube, tubes });
         };
-        let drive = match freedom {
-            Freedom::PushPull => &mut actuator.push_pull,
-            Freedom::Rotation => &mut actuator.rotation,
-        };
+        let drive = actuator.drive_mut(freedom);
         let from = drive.value();
         *drive = drive.with_value(to);
-        let is_motion = matches!(drive, Drive::Motion(_));
+        let is_motion = drive.is_motion();
         let parameter = Parameter::Actuator(Input { tube, freedom, is_motion });
         Self { first: command, last, varying: Loads::none(), share: [0.0; 2], parameter, ends: [from, to] }
             .checked()
@@ -158,13 +149,13 @@ impl Family {
     }
 
     fn checked(self) -> Result<Self, FamilyProblem> {
-        if self.first.knob != self.last.knob {
-            return Err(FamilyProblem::Knobs);
+        if self.first.rotation_means != self.last.rotation_means {
+            return Err(FamilyProblem::Rotations);
         }
         for (f, (a, b)) in self.first.actuators.iter().zip(&self.last.actuators).enumerate() {
             let same = |a: &Drive, b: &Drive| std::mem::discriminant(a) == std::mem::discriminant(b);
             if !(same(&a.push_pull, &b.push_pull) && same(&a.rotation, &b.rotation)) {
-                return Err(FamilyProblem::Drives { tube: f + 2 });
+                return Err(FamilyProblem::Drives { tube: tube_of(f) });
             }
         }
         let [from, to] = self.ends;

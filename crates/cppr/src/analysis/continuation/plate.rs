@@ -11,6 +11,7 @@ use super::{End, PointKind};
 use crate::kinematics::layout::{Cut, Joint, Layout};
 use crate::solve::Equilibrium;
 use crate::solve::edges::{LEAST_EDGE, Side, carried, excess_at_plate};
+use crate::solve::input::tube_of;
 use crate::solve::path::settle;
 use crate::solve::system::Scale;
 use std::sync::Arc;
@@ -131,7 +132,7 @@ impl Tracer<'_> {
 
     /// The first node behind a meeting.
     pub(super) fn pass(&mut self, here: &Node, approach: &Approach) -> Result<Node, End> {
-        let tube = approach.follower + 2;
+        let tube = tube_of(approach.follower);
         match approach.meeting {
             Meeting::Tip => Err(End::Left { tube }),
             Meeting::Plate => self.hop(here, approach).ok_or(End::Edge { tube }),
@@ -183,7 +184,7 @@ impl Tracer<'_> {
         }
         let stage = Stage { layout, standing: here.stage.standing };
         let mut node = self.settled(&stage, place, &row)?;
-        node.point.kind = PointKind::Edge { tube: approach.follower + 2 };
+        node.point.kind = PointKind::Edge { tube: tube_of(approach.follower) };
         let jump = (node.point.tip - here.point.tip).norm();
         (jump <= JUMP * length).then_some(node)
     }
@@ -197,7 +198,7 @@ impl Tracer<'_> {
         }
         let row = self.transferred(here, &stage.layout, size_of(&found));
         let mut node = self.settled(&stage, place, &row)?;
-        node.point.kind = PointKind::Edge { tube: follower + 2 };
+        node.point.kind = PointKind::Edge { tube: tube_of(follower) };
         let jump = (node.point.tip - here.point.tip).norm();
         (jump <= JUMP * self.solver.robot.length()).then_some(node)
     }
@@ -239,7 +240,7 @@ impl Tracer<'_> {
     pub(super) fn agreed(&mut self, here: &Node, next: Node, distance: f64) -> Result<Node, End> {
         for follower in (0..next.sliding.len()).filter(|f| next.stage.standing >> f & 1 == 1) {
             for side in [Side::Outside, Side::Inside] {
-                let lost = End::Edge { tube: follower + 2 };
+                let lost = End::Edge { tube: tube_of(follower) };
                 let ends = [here, &next].map(|node| self.rest_of_force(node, follower, side).map(|r| r.0));
                 let (Some(before), Some(after)) = (ends[0], ends[1]) else { return Err(lost) };
                 if after > 0.0 {
@@ -281,7 +282,7 @@ impl Tracer<'_> {
         if approaches.any(|a| a.follower == follower && a.meeting == Meeting::Plate && a.rate < 0.0) {
             first.turn();
         }
-        first.point.kind = PointKind::Edge { tube: follower + 2 };
+        first.point.kind = PointKind::Edge { tube: tube_of(follower) };
         Some(first)
     }
 

@@ -7,6 +7,7 @@ use super::{End, PathPoint, PointKind, Tracing};
 use crate::dense::dot;
 use crate::solve::Equilibrium;
 use crate::solve::edges::stands;
+use crate::solve::input::tube_of;
 use std::sync::Arc;
 
 /// What has been traced of one branch.
@@ -225,5 +226,5 @@ fn ended(node: &Node) -> Option<End> {
 
 fn left(length: f64, node: &Node) -> Option<End> {
     let follower = node.point.equilibrium.actuators.iter().position(|a| a.motion.abs() >= length)?;
-    Some(End::Left { tube: follower + 2 })
+    Some(End::Left { tube: tube_of(follower) })
 }

@@ -16,11 +16,9 @@ pub use sense::{Measured, Sensed};
 pub use shape_match::{ShapeMatch, ShapePoint};
 pub use uncertainty::{Principal, Uncertainty};
 
-use super::range::{value_of, with_input};
-use super::sensitivity::{Freedom, Input};
 use super::{Bound, SafeRange};
 use crate::design::Robot;
-use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Solver, Status};
+use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
 use nalgebra::DVector;
 use std::fmt;
 
@@ -120,7 +118,7 @@ pub fn free_within(robot: &Robot, ranges: &[SafeRange]) -> Vec<FreeInput> {
 
 /// The command with free inputs at the given values.
 fn commanded(command: &Command, free: &[FreeInput], values: &DVector<f64>) -> Command {
-    free.iter().zip(values.iter()).fold(command.clone(), |c, (f, &value)| with_input(&c, f.input, value))
+    free.iter().zip(values.iter()).fold(command.clone(), |c, (f, &value)| c.with_input(f.input, value))
 }
 
 /// Checks what every inverse problem with free inputs needs.
@@ -131,7 +129,7 @@ fn check(solver: &Solver, command: &Command, free: &[FreeInput]) -> Result<(), I
     }
     for own in free {
         let [low, high] = own.bounds;
-        let known = own.input.tube >= 2 && own.input.tube <= solver.robot.tube_count();
+        let known = command.actuator(own.input.tube).is_some();
         if !(known && low.is_finite() && high.is_finite() && low < high) {
             return Err(InverseProblem::Bounds(own.input));
         }
@@ -141,9 +139,7 @@ fn check(solver: &Solver, command: &Command, free: &[FreeInput]) -> Result<(), I
 
 /// Columns of a Jacobian over all inputs that belong to the free ones.
 fn columns(inputs: &[Input], free: &[FreeInput]) -> Vec<usize> {
-    let place = |own: &FreeInput| {
-        inputs.iter().position(|i| i.tube == own.input.tube && i.freedom == own.input.freedom)
-    };
+    let place = |own: &FreeInput| inputs.iter().position(|input| input.is_same_freedom(own.input));
     free.iter().filter_map(place).collect()
 }
 
@@ -201,7 +197,7 @@ impl Search<'_> {
                 self.free.iter().enumerate().map(|(i, own)| {
                     let [low, high] = own.bounds;
                     if n == 0 {
-                        return value_of(self.command, own.input).clamp(low, high);
+                        return self.command.value(own.input).unwrap_or_default().clamp(low, high);
                     }
                     let power = i32::try_from(i).unwrap_or(i32::MAX).saturating_add(1);
                     let share = (0.5 + n as f64 * ratio.powi(-power)).fract();
@@ -229,15 +225,4 @@ const STARTS: usize = 8;
 fn plastic_number(dimensions: usize) -> f64 {
     let power = 1.0 / (dimensions as f64 + 1.0);
     (0..64).fold(1.5_f64, |x, _| (1.0 + x).powf(power))
-}
-
-/// All inputs of a command, push-pull and rotation of tube 2, then of tube 3, …
-#[must_use]
-pub fn inputs_of(command: &Command) -> Vec<Input> {
-    let is_motion = |drive: Drive| matches!(drive, Drive::Motion(_));
-    let both = |(f, a): (usize, &crate::solve::Actuator)| {
-        let input = |freedom, drive| Input { tube: f + 2, freedom, is_motion: is_motion(drive) };
-        [input(Freedom::PushPull, a.push_pull), input(Freedom::Rotation, a.rotation)]
-    };
-    command.actuators.iter().enumerate().flat_map(both).collect()
 }

@@ -43,7 +43,7 @@ impl Default for Accuracy {
 impl Accuracy {
     /// Deviation of one input.
     fn of(&self, free: &FreeInput) -> f64 {
-        use crate::analysis::Freedom::{PushPull, Rotation};
+        use crate::solve::Freedom::{PushPull, Rotation};
         match (free.input.freedom, free.input.is_motion) {
             (PushPull, true) => self.translation,
             (PushPull, false) => self.force,

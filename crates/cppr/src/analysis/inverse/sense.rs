@@ -6,9 +6,8 @@
 use super::InverseProblem;
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use crate::analysis::sensitivity::Freedom;
 use crate::design::Robot;
-use crate::solve::{Command, Drive, Equilibrium, Solver, Status};
+use crate::solve::{Command, Equilibrium, Freedom, Quantity, Solver, Status};
 use crate::statics::Wrench;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -120,10 +119,7 @@ fn check(robot: &Robot, command: &Command, measured: &[Measured]) -> Result<(), 
     for one in measured {
         let (values, deviation, what) = match *one {
             Measured::Effort(tube, freedom, value, deviation) => {
-                let actuator = tube.checked_sub(2).and_then(|f| command.actuators.get(f));
-                let drive =
-                    actuator.map(|a| if freedom == Freedom::PushPull { a.push_pull } else { a.rotation });
-                if !matches!(drive, Some(Drive::Motion(_))) {
+                if !command.actuator(tube).is_some_and(|actuator| actuator.drive(freedom).is_motion()) {
                     return Err(InverseProblem::EffortPrescribed(tube));
                 }
                 (Vector3::new(value, 0.0, 0.0), deviation, "a measured effort")
@@ -160,8 +156,7 @@ fn evaluated(
         match *one {
             Measured::Effort(tube, freedom, value, deviation) => {
                 let place = exact.inputs.iter().position(|i| i.tube == tube && i.freedom == freedom)?;
-                let state = found.actuators[tube - 2];
-                let effort = if freedom == Freedom::PushPull { state.tension } else { state.torque };
+                let effort = found.actuator(tube)?.get(Quantity::of(freedom, false));
                 let row = exact.response_by_wrench.row(place).iter().copied().collect();
                 add(effort - value, row, deviation);
             }

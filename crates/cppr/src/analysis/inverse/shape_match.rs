@@ -5,7 +5,7 @@
 
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use super::{FreeInput, InverseProblem, STARTS, Search, check, columns, inputs_of};
+use super::{FreeInput, InverseProblem, STARTS, Search, check, columns};
 use crate::solve::{Command, Equilibrium, Solver};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -189,7 +189,10 @@ fn evaluated(
         shape.sections.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z]).collect()
     };
     let slopes = search.solver.outputs_by_inputs(&found, centres).ok()?;
-    let own = slopes.select_columns(&columns(&inputs_of(&found.command), search.free));
+    let own = slopes.select_columns(&columns(
+        &found.command.inputs().map(|(input, _)| input).collect::<Vec<_>>(),
+        search.free,
+    ));
     let mut jacobian = DMatrix::zeros(3 * points.len(), own.ncols());
     for (i, (across, point)) in here.across.iter().zip(points).enumerate() {
         let block = across * own.fixed_rows::<3>(3 * i) / point.deviation;
