@@ -12,6 +12,11 @@ use crate::dense::{Block, cross, hat, hat_hat, hat_times};
 use crate::real::Real;
 use nalgebra::Vector3;
 
+// The solution of R' = R K^ over a step is R exp(Ω^) with Magnus' series Ω = ∫ K + ½ ∫∫_{s<t} K(s) × K(t) + … (signs opposite to
+// those of Y' = A Y, since K^ multiplies from the right). With K expanded about the step's middle, α_i = h^i/(i−1)! K^(i−1), as
+// a quadrature of sixth order finds them, all terms up to h⁶ collapse to three products (Blanes, Casas & Ros, BIT 40, 2000): C,
+// and the two in Q and in Ω. P and Q are kept because derivatives need them: 240 δΩ = 240 δα_1 + 20 δα_3 + δP × Q + P × δQ.
+
 /// Ω of one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Magnus<S: Real> {

@@ -27,6 +27,17 @@ pub(crate) fn inner<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<
     let [_, f, f1, _] = fields.direction;
     // Without stretch the axial stiffness may be unknown and must not enter.
     let [ea, ea1] = if stretch.vanishes() { [S::zero(); 2] } else { [fields.axial[0], fields.axial[1]] };
+    // With τ = a/|h| − φ' and q = EI_Y p² + EI_Z r² (so that EI_Y κ_Y² + EI_Z κ_Z² = q/|h|²) the density per length of the
+    // leader is
+    //
+    //   ω = |h| (½ GJ τ² + ½ EA e²) + ½ q/|h| .
+    //
+    // Its six arguments are independent here; what they depend on comes with the chain rule in `gradient` and `second`.
+    // From ∂τ/∂|h| = −a/|h|², ∂τ/∂a = 1/|h|, ∂τ/∂x = −φ'':
+    //
+    //   ω_h = ½ GJ τ² − GJ τ a/|h| + ½ EA e² − ½ q/|h|²        ω_a = GJ τ
+    //   ω_p = EI_Y p/|h|     ω_r = EI_Z r/|h|                  ω_e = |h| EA e
+    //   ω_x = |h| (½ GJ' τ² − GJ τ φ'' + ½ EA' e²) + ½ q'/|h|   (' by x, q' at fixed p and r)
     let inverse = S::one() / h;
     let tau = a * inverse - f;
     let (q, q1) = (y * p * p + z * r * r, y1 * p * p + z1 * r * r);
@@ -117,7 +128,9 @@ pub(crate) fn second<S: Real>(
     let half_tau2 = tau * tau * 0.5;
     let q = y * *p * *p + z * *r * *r;
     let (q1, q2) = (y1 * *p * *p + z1 * *r * *r, y2 * *p * *p + z2 * *r * *r);
-    // Curvatures by (|h|, a, p, r, x, e).
+    // Second derivatives ω_uv by u, v of (|h|, a, p, r, x, e): the slopes of `inner` differentiated once more, with
+    // τ_hh = 2a/|h|³, τ_ha = −1/|h|² and τ_xx = −φ‴. Of ω_hh the terms with τ cancel: (GJ a² + q)/|h|³ is left. What
+    // vanishes is left out (ω_ap, ω_ar, ω_pr, ω_ae, ω_pe, ω_re); ω_aa, ω_pp, ω_rr and ω_ee are added below.
     let hh = (gj * *a * *a + q) * i2 * inverse;
     let ha = -gj * *a * i2;
     let (hp, hr) = (-y * *p * i2, -z * *r * i2);
@@ -130,7 +143,14 @@ pub(crate) fn second<S: Real>(
     let xx = *h * (gj2 * half_tau2 - gj1 * tau * f1 * 2.0 + gj * f1 * f1 - gj * tau * f2 + ea2 * stretched)
         + q2 * inverse * 0.5;
     let [by_p, by_r] = bends(facing);
-    // Slopes by |h| of everything but |h|, and by x.
+    // The chain rule: with v the local variables, ω_vv = Σ ω_ab a_v ⊗ b_v + Σ ω_a a_vv over a, b of the six, of which |h|, p and
+    // r are not linear in v:
+    //
+    //   hh h_v⊗h_v + h_v⊗(hp p_v + hr r_v + ha a_v + hx x_v + …) + transposed       by_h: the bracket
+    //   + pp p_v⊗p_v + rr r_v⊗r_v + x_v⊗(px p_v + rx r_v + ax a_v + ½ xx x_v) + …   by_x: the bracket
+    //   + ω_p p_vv + ω_r r_vv                                      at the end: p_θθ = −p, r_θθ = −r, …
+    //
+    // ω_h |h|_vv is the caller's, who adds it together with the adjoint's share of |h|_vv.
     let (mut by_h, mut by_x) = ([S::zero(); COUNT], [S::zero(); COUNT]);
     for v in [KY, KZ, TH] {
         by_h[v] = (hp * by_p[v]).plus(hr, by_r[v]);

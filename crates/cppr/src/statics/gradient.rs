@@ -19,6 +19,19 @@ use crate::kinematics::state::{State, row, split};
 use crate::real::Real;
 use nalgebra::Vector3;
 
+// Why backwards. 𝓛 depends on x_k at a node, which is an integral of |h_k| from there to the tip, and |h_k| depends on x_k again. Let
+// g_i = ℓ (F_x + a_i |h|_x) be what node i contributes to ∂𝓛/∂x_k(X_i), where a_i, the factor of ℓ δ|h_i| in δ𝓛, is looked for.
+// x_i = x_end − ℓ Σ_j B_ij |h_j| with the integrals B from node i to the element's end, so that
+//
+//   a_j = w_j T − Σ_i B_ij g_i ,     T = force at the element's start, less Σ g over the elements before it.
+//
+// T begins at the plate with T_k (less the torque's share where the pattern turns), loses λ at an edge, and goes on towards the
+// tip: each element needs only what those before it have left of T. Within an element a_i stands on both sides, through g_i:
+// (1 + ℓ D Bᵀ) g = ℓ (F_x + D w T) with D = diag |h|_x, the identity where the offset is uniform. Angles are alike, with b for a
+// and without a system, since Δθ_k' depends on no angle.
+//
+// `felt` holds per node and local variable v the generalised force F_v + a |h|_v (and b for Δθ_k'; loads subtracted), over ℓ.
+
 impl<S: Real> Assembly<S> {
     /// The adjoints of |h_k| and Δθ_k' at the nodes, from the base to the tip.
     pub(super) fn adjoints(&mut self, setting: &Setting, state: &State<S>, efforts: &Efforts<S>) {
@@ -120,6 +133,15 @@ impl<S: Real> Assembly<S> {
             }
         }
     }
+
+    // With n(X) the force and μ(X) the moment of all loads beyond X, virtual work on the leader (c' = g t, R' = R K^) is
+    //
+    //   δW = ∫ n·t δg + (Rᵀμ)·δK dX ,     μ' = −g t × n ,
+    //
+    // as along any beam: n changes at loads only, μ grows by g t × n towards the base. Discretely R goes on by exp of the Magnus vector
+    // Ω(α), so that everything beyond a step turns by δφ = R J δΩ (J the left Jacobian of exp), and K enters through the
+    // generators α: `pull` is (∂Ω/∂α)ᵀ Jᵀ Rᵀ μ. From the tip to the base every point costs a fixed number of operations; rows of
+    // the poses by the unknowns are not needed.
 
     /// What forces and moments at the points do to curvatures and stretch of the leader: as along a beam, from the tip to the
     /// base.

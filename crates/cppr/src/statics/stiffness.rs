@@ -16,6 +16,16 @@ use crate::kinematics::state::{State, row};
 use crate::real::Real;
 use nalgebra::{Matrix3, Vector3};
 
+// How the second derivatives collapse. A load f at a point moves by c and turns by φ, functions of u by way of K and g. Its share of
+// 𝓛_uu is −Σ (c_uu·f + φ_uu·m) − Σ c_uᵀ f_u − …: the second sum, how the load itself changes, is `concentrated_hessian` and
+// `distributed_hessian`. In the first, c_uu of one point is itself a sum over all steps between it and the base. Summed over the
+// points first instead, with n and μ of everything beyond a step, each step contributes once:
+//
+//   centreline  c = Σ ℓ w g t    →   −ℓ w n·(g_u ⊗ t_u + t_u ⊗ g_u + g t_uu) ,   t_u = φ_u × t             (`step_hessian`)
+//   rotation    R⁺ = R exp Ω^    →   −μ·(φ of the step)_uu: the derivative of J along δΩ and Ω_αα            (`spin_hessian`)
+//
+// n and μ come from the gradient's pass, which is why this one needs nothing but rows of single steps.
+
 impl<S: Real> Assembly<S> {
     /// World forces and moments at every point, all loads together.
     pub(super) fn collect_forces(
