@@ -6,7 +6,7 @@ use cppr::Vector3;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
-use cppr::statics::{Loads, RotationKnob, Wrench};
+use cppr::statics::{Loads, RotationMeans, Wrench};
 use std::fmt;
 
 /// Why an input does not belong where it is given. Told without allocating.
@@ -103,8 +103,8 @@ impl Asked {
                 into(&mut own.formulation, flag().map(|on| kinds[usize::from(on)]))
             }
             cppr_option::RelativeAngle => {
-                let kinds = [RotationKnob::Base, RotationKnob::RelativeAngle];
-                into(&mut self.command.knob, flag().map(|on| kinds[usize::from(on)]))
+                let kinds = [RotationMeans::Base, RotationMeans::RelativeAngle];
+                into(&mut self.command.rotation_means, flag().map(|on| kinds[usize::from(on)]))
             }
         };
         let base = if self.planar { Resolution::PLANAR } else { Resolution::SPATIAL };
