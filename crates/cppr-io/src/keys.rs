@@ -29,6 +29,43 @@ const FOREIGN: [(&str, &str, f64); 21] = [
 /// Suffixes of this format, the longer ones before those that they end with.
 const OWN: [&str; 8] = ["_kg_m3", "_percent", "_g_m", "_Nmm2", "_GPa", "_mm", "_deg", "_N"];
 
+/// Other names for what keys of this format say, without units, and what to do where another name for the key is not all.
+/// A name that ends in `*` stands for all that begin so.
+const MEANING: [(&[&str], &str, &str); 15] = [
+    (&["diameter", "od", "outer_dia", "outside_diameter"], "outer_diameter_mm", ""),
+    (&["id", "inner_dia", "bore*", "inside_diameter", "lumen*"], "inner_diameter_mm", ""),
+    (&["radius"], "outer_radius_mm", ""),
+    (
+        &["wall*", "thickness"],
+        "inner_diameter_mm",
+        "Write inner_diameter_mm, the outer diameter less twice the wall.",
+    ),
+    (&["e", "modulus", "elastic_modulus", "young*"], "youngs_modulus_GPa", ""),
+    (&["nu", "poisson*"], "poissons_ratio", ""),
+    (&["rho"], "density_kg_m3", ""),
+    (
+        &["plateau*", "upper_plateau*", "lower_plateau*", "transformation*", "yield*", "onset*"],
+        "allowable_strain_percent",
+        "The material is linear here. Write the modulus below the plateau or yield as youngs_modulus_GPa, and the strain \
+         up to which it holds (stress over modulus) as allowable_strain_percent.",
+    ),
+    (
+        &["max_strain", "strain_limit", "strain", "recoverable_strain", "elongation*"],
+        "allowable_strain_percent",
+        "",
+    ),
+    (&["notch_depth", "cut_depth", "slot_depth"], "depth_mm", ""),
+    (
+        &["width", "notch_length", "notch_width", "cut_length", "cut_width", "slot_*", "height", "gap"],
+        "length_mm",
+        "",
+    ),
+    (&["pitch", "period", "spacing"], "tooth_mm", "Write tooth_mm, the pitch less length_mm."),
+    (&["tooth_*", "uncut*", "ring_*"], "tooth_mm", ""),
+    (&["number*", "n", "notch_count", "n_notches", "num_*"], "count", ""),
+    (&["direction*", "orientation*", "angle", "notch_direction", "notch_angle"], "opening_deg", ""),
+];
+
 /// What an unknown key is taken for.
 pub(crate) struct Guess {
     /// The known key that it stands for, where one is near.
@@ -70,6 +107,21 @@ pub(crate) fn guess(key: &str, value: Option<f64>, known: &[&'static str]) -> Gu
         }
     }
     let lower = key.to_lowercase();
+    if let Some((_, meant, how)) = MEANING.iter().find(|(names, ..)| {
+        let stem = FOREIGN.iter().map(|(from, ..)| *from).chain(OWN).find_map(|unit| key.strip_suffix(unit));
+        let stem = stem.map_or(lower.clone(), str::to_lowercase);
+        names.iter().any(|name| match name.strip_suffix('*') {
+            Some(start) => stem.starts_with(start),
+            None => stem == *name,
+        })
+    }) && let Some(meant) = known.iter().find(|candidate| *candidate == meant)
+    {
+        return Guess {
+            meant: Some(meant),
+            message: "this key is not known here".to_owned(),
+            help: if how.is_empty() { format!("Did you mean {meant}?") } else { (*how).to_owned() },
+        };
+    }
     // Keys of absurd length would cost quadratic time and resemble nothing.
     let comparable = if key.len() <= 64 { known } else { &[] };
     let near = comparable.iter().copied().map(|candidate| {

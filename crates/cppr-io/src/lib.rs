@@ -18,6 +18,7 @@ pub mod result;
 pub mod result_csv;
 mod result_format;
 pub mod robot_file;
+pub mod robot_text;
 pub mod scenario;
 mod stiffness;
 mod syntax;

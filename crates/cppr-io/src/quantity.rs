@@ -22,14 +22,14 @@ impl Unit {
 }
 
 pub(crate) const MM: Unit = Unit { suffix: "_mm", print: " mm", scale: (1.0, 1e3) };
-const GPA: Unit = Unit { suffix: "_GPa", print: " GPa", scale: (1e9, 1.0) };
+pub(crate) const GPA: Unit = Unit { suffix: "_GPa", print: " GPa", scale: (1e9, 1.0) };
 const KG_M3: Unit = Unit { suffix: "_kg_m3", print: " kg/m³", scale: (1.0, 1.0) };
-const NMM2: Unit = Unit { suffix: "_Nmm2", print: " N mm²", scale: (1.0, 1e6) };
-const NEWTON: Unit = Unit { suffix: "_N", print: " N", scale: (1.0, 1.0) };
-const G_M: Unit = Unit { suffix: "_g_m", print: " g/m", scale: (1.0, 1e3) };
+pub(crate) const NMM2: Unit = Unit { suffix: "_Nmm2", print: " N mm²", scale: (1.0, 1e6) };
+pub(crate) const NEWTON: Unit = Unit { suffix: "_N", print: " N", scale: (1.0, 1.0) };
+pub(crate) const G_M: Unit = Unit { suffix: "_g_m", print: " g/m", scale: (1.0, 1e3) };
 /// Degrees stay degrees until a direction has been brought into one turn.
-const DEG: Unit = Unit { suffix: "_deg", print: "°", scale: (1.0, 1.0) };
-const PERCENT: Unit = Unit { suffix: "_percent", print: " %", scale: (1.0, 1e2) };
+pub(crate) const DEG: Unit = Unit { suffix: "_deg", print: "°", scale: (1.0, 1.0) };
+pub(crate) const PERCENT: Unit = Unit { suffix: "_percent", print: " %", scale: (1.0, 1e2) };
 const NONE: Unit = Unit { suffix: "", print: "", scale: (1.0, 1.0) };
 
 /// What signs a quantity may have.
@@ -78,6 +78,8 @@ macro_rules! quantity {
 quantity!(LENGTH, "a length", MM, POSITIVE, 1e-3..1e4, LENGTH_SLIP, "150.0");
 quantity!(RADIUS, "a radius", MM, POSITIVE, 1e-3..1e4, LENGTH_SLIP, "3.0");
 quantity!(BORE, "the radius of a bore", MM, Sign::NotNegative, 1e-3..1e4, LENGTH_SLIP, "2.0");
+quantity!(DIAMETER, "a diameter", MM, POSITIVE, 2e-3..2e4, LENGTH_SLIP, "6.0");
+quantity!(BORE_DIAMETER, "the diameter of a bore", MM, Sign::NotNegative, 2e-3..2e4, LENGTH_SLIP, "4.0");
 quantity!(DEPTH, "a notch depth", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "5.0");
 quantity!(OFFSET, "a centroid offset", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "1.0");
 quantity!(ABSCISSA, "an abscissa", MM, Sign::NotNegative, 1e-9..1e4, LENGTH_SLIP, "0.0");

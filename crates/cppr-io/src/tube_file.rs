@@ -4,15 +4,17 @@ use crate::cursor::Cursor;
 use crate::material::{Common, Written};
 use crate::notches::{Notches, read_notches};
 use crate::problems::Collector;
-use crate::quantity::{BORE, FACTOR, LEAST_WALL, RADIUS, print, print_mm};
+use crate::quantity::{BORE, BORE_DIAMETER, DIAMETER, FACTOR, LEAST_WALL, Quantity, RADIUS, print, print_mm};
 use crate::robot_file::TubeFile;
 use crate::stiffness::read_stiffness;
 use cppr::design::{BelowPlate, NotchedTube, Outline, Profile, Torsion, TubeDesign};
 use std::ops::Range;
 
-pub(crate) const KEYS: [&str; 7] = [
+pub(crate) const KEYS: [&str; 9] = [
     "outer_radius_mm",
     "inner_radius_mm",
+    "outer_diameter_mm",
+    "inner_diameter_mm",
     "shape",
     "centroid_offset_factor",
     "material",
@@ -20,7 +22,20 @@ pub(crate) const KEYS: [&str; 7] = [
     "stiffness",
 ];
 /// Keys that describe a geometry.
-const GEOMETRY: [&str; 5] = ["outer_radius_mm", "inner_radius_mm", "shape", "notches", "material"];
+const GEOMETRY: [&str; 7] = [
+    "outer_radius_mm",
+    "inner_radius_mm",
+    "outer_diameter_mm",
+    "inner_diameter_mm",
+    "shape",
+    "notches",
+    "material",
+];
+/// The two ways to say a size, each with its quantity and the radii that 1 of it makes.
+const OUTER: [(&str, &Quantity, f64); 2] =
+    [("outer_radius_mm", &RADIUS, 1.0), ("outer_diameter_mm", &DIAMETER, 0.5)];
+const INNER: [(&str, &Quantity, f64); 2] =
+    [("inner_radius_mm", &BORE, 1.0), ("inner_diameter_mm", &BORE_DIAMETER, 0.5)];
 /// Most slender robot: length over outer radius.
 const SLENDER: f64 = 1e4;
 
@@ -36,8 +51,52 @@ pub(crate) struct Robot {
 pub(crate) struct Tube {
     pub design: Option<TubeDesign>,
     pub file: TubeFile,
-    /// For the comparison with its neighbours: outline, and place of the outer radius.
-    pub outline: Option<(Outline, Range<usize>)>,
+    /// For the comparison with its neighbours: outline, and the outer radius as it is written.
+    pub outline: Option<(Outline, Size)>,
+}
+
+/// A radius as a file writes it: itself or the diameter.
+#[derive(Clone)]
+pub(crate) struct Size {
+    key: String,
+    /// Place of the value.
+    span: Range<usize>,
+    /// SI (m).
+    radius: f64,
+    /// Radii that 1 of what is written makes.
+    share: f64,
+}
+
+impl Size {
+    /// Reads the one of two keys that is there.
+    fn read(
+        cursor: &Cursor<'_, '_>,
+        ways: [(&'static str, &Quantity, f64); 2],
+        out: &mut Collector,
+    ) -> Option<Self> {
+        let [(radius, of_radius, _), (diameter, of_diameter, _)] = ways;
+        if let (true, Some(entry)) = (cursor.has(radius), cursor.get(diameter)) {
+            let message = format!("{radius} is given too, and either of them fixes the other");
+            out.wrong(entry.key_span, entry.key, message, format!("Keep one of {radius} and {diameter}."));
+            return None;
+        }
+        let (name, quantity, share) = ways[usize::from(cursor.has(diameter))];
+        let help =
+            format!("Write {radius} = {}, or {diameter} = {}.", of_radius.example, of_diameter.example);
+        let entry = cursor.require(name, &help, out)?;
+        let radius = share * entry.number(quantity, out)?;
+        Some(Self { key: entry.key, span: entry.span, radius, share })
+    }
+
+    fn wrong(&self, message: impl Into<String>, help: impl Into<String>, out: &mut Collector) {
+        out.wrong(self.span.clone(), self.key.clone(), message, help);
+    }
+
+    /// A radius (m) in the way that this one is written: `a radius` or `a diameter`, and its number.
+    fn say(&self, radius: f64) -> (&'static str, String) {
+        let word = if self.share < 1.0 { "diameter" } else { "radius" };
+        (word, print(radius / self.share * 1e3))
+    }
 }
 
 /// Reads tube `number` (from 1).
@@ -52,8 +111,7 @@ pub(crate) fn read_tube(
     let geometry = GEOMETRY.into_iter().find(|key| cursor.has(key));
     match (geometry, cursor.has("stiffness")) {
         (None, false) => {
-            let help =
-                "Write outer_radius_mm, inner_radius_mm and [tube.notches], or a [tube.stiffness] table.";
+            let help = "Write outer_radius_mm, inner_radius_mm (or the diameters) and [tube.notches], or a [tube.stiffness] table.";
             out.missing(
                 cursor.span(),
                 cursor.path("outer_radius_mm"),
@@ -144,9 +202,9 @@ fn read_outline(
     cursor: &Cursor<'_, '_>,
     length: Option<f64>,
     out: &mut Collector,
-) -> Option<(Outline, Range<usize>)> {
-    let outer_radius = cursor.number("outer_radius_mm", &RADIUS, out);
-    let inner_radius = cursor.number("inner_radius_mm", &BORE, out);
+) -> Option<(Outline, Size)> {
+    let outer = Size::read(cursor, OUTER, out);
+    let inner = Size::read(cursor, INNER, out);
     let sides = match cursor.get("shape") {
         None => Some(None),
         Some(entry) => entry.word(&["round", "square", "hexagon"], out).map(|word| match word {
@@ -155,45 +213,41 @@ fn read_outline(
             _ => None,
         }),
     };
-    let (outer, inner) = (outer_radius?, inner_radius?);
-    let outer_entry = cursor.get("outer_radius_mm")?;
-    let span = outer_entry.span.clone();
+    let (outer_size, inner_size) = (outer?, inner?);
+    let (outer, inner) = (outer_size.radius, inner_size.radius);
+    let ((inner_word, inner_text), (outer_word, outer_text)) = (inner_size.say(inner), outer_size.say(outer));
     if inner >= outer {
-        let entry = cursor.get("inner_radius_mm")?;
         let message =
-            format!("{} leaves no wall in a tube of outer radius {}", print_mm(inner), print_mm(outer));
-        entry.wrong(message, format!("Write a radius below {}.", print(outer * 1e3)), out);
+            format!("{inner_text} mm leaves no wall in a tube of outer {outer_word} {outer_text} mm");
+        let help = format!("Write a {inner_word} below {}.", inner_size.say(outer).1);
+        inner_size.wrong(message, help, out);
         return None;
     }
     if outer - inner < LEAST_WALL {
-        let entry = cursor.get("inner_radius_mm")?;
         let message = format!(
-            "{} in a tube of outer radius {} leaves a thinner wall than any robot has ({})",
-            print_mm(inner),
-            print_mm(outer),
+            "{inner_text} mm in a tube of outer {outer_word} {outer_text} mm leaves a thinner wall than any robot has ({})",
             print_mm(LEAST_WALL)
         );
-        entry.wrong(message, format!("Write a radius below {}.", print((outer - LEAST_WALL) * 1e3)), out);
+        let help = format!("Write a {inner_word} below {}.", inner_size.say(outer - LEAST_WALL).1);
+        inner_size.wrong(message, help, out);
         return None;
     }
     if let Some(length) = length {
-        let size = format!("length_mm = {}", print(length * 1e3));
+        let help = format!("Write both in millimetres; the file has length_mm = {}.", print(length * 1e3));
         if outer > length {
             let message = format!(
-                "a radius of {} is larger than the tube is long ({})",
-                print_mm(outer),
+                "a {outer_word} of {outer_text} mm is larger than the tube is long ({})",
                 print_mm(length)
             );
-            outer_entry.wrong(message, format!("Write both in millimetres; the file has {size}."), out);
+            outer_size.wrong(message, help, out);
             return None;
         }
         if outer * SLENDER < length {
             let message = format!(
-                "a radius of {} is less than a ten-thousandth of the length ({})",
-                print_mm(outer),
+                "a {outer_word} of {outer_text} mm is less than a ten-thousandth of the length ({})",
                 print_mm(length)
             );
-            outer_entry.wrong(message, format!("Write both in millimetres; the file has {size}."), out);
+            outer_size.wrong(message, help, out);
             return None;
         }
     }
@@ -201,7 +255,7 @@ fn read_outline(
         None => Outline::Round { outer_radius: outer, inner_radius: inner },
         Some(sides) => Outline::Polygon { sides, outer_apothem: outer, inner_apothem: inner },
     };
-    Some((outline, span))
+    Some((outline, outer_size))
 }
 
 /// Reports every follower that is wider than the bore it slides in.
@@ -209,7 +263,7 @@ pub(crate) fn check_nesting(tubes: &[Tube], out: &mut Collector) {
     // A tube of given stiffness has no known bore: the next tube is held against the bore outside it.
     let mut around: Option<(usize, &Outline)> = None;
     for (index, tube) in tubes.iter().enumerate() {
-        let Some((outline, span)) = &tube.outline else {
+        let Some((outline, size)) = &tube.outline else {
             continue;
         };
         if let Some((outer, bore)) = around.map(|(number, outer)| (number, outer.inner_clearance())) {
@@ -220,13 +274,13 @@ pub(crate) fn check_nesting(tubes: &[Tube], out: &mut Collector) {
                     print_mm(reach),
                     print_mm(bore)
                 );
-                let most = print(radii(outline).0 * bore / reach * 1e3);
+                let (word, most) = size.say(radii(outline).0 * bore / reach);
                 let help = if bore > 0.0 {
-                    format!("Write an outer radius of at most {most}, or widen the bore.")
+                    format!("Write an outer {word} of at most {most}, or widen the bore.")
                 } else {
                     format!("Give tube {outer} a bore to slide in.")
                 };
-                out.wrong(span.clone(), format!("tube {}, outer_radius_mm", index + 1), message, help);
+                size.wrong(message, help, out);
             }
         }
         around = Some((index + 1, outline));

@@ -53,6 +53,63 @@ Write a depth below 3.0, or leave notches out for an uncut tube.
 }
 
 #[test]
+fn other_names_for_what_is_known() {
+    let in_material = |key: &str| format!("{key} = 1.0\nyoungs_modulus_GPa");
+    let meant = [
+        ("plateau_stress_MPa", "Write the modulus below the plateau or yield as youngs_modulus_GPa"),
+        ("yield_strength_MPa", "allowable_strain_percent"),
+        ("elastic_modulus_GPa", "Did you mean youngs_modulus_GPa?"),
+        ("E_GPa", "Did you mean youngs_modulus_GPa?"),
+        ("nu", "Did you mean poissons_ratio?"),
+        ("rho_kg_m3", "Did you mean density_kg_m3?"),
+        ("max_strain_percent", "Did you mean allowable_strain_percent?"),
+    ];
+    for (key, help) in meant {
+        expect(
+            "youngs_modulus_GPa",
+            &in_material(key),
+            &[&format!("material.{key}"), "not known here", help],
+        );
+    }
+    for (from, to, help) in [
+        ("inner_radius_mm", "wall_mm", "Write inner_diameter_mm, the outer diameter less twice the wall."),
+        ("outer_radius_mm", "OD_mm", "Did you mean outer_diameter_mm?"),
+        ("outer_radius_mm = 3.0", "outer_diameter = 6.0", "Write outer_diameter_mm = 6.0."),
+        ("depth_mm", "notch_depth_mm", "Did you mean depth_mm?"),
+        ("tooth_mm", "pitch_mm", "Write tooth_mm, the pitch less length_mm."),
+        ("opening_deg", "direction_deg", "Did you mean opening_deg?"),
+        ("below_plate", "number_of_notches", "Did you mean count?"),
+    ] {
+        expect(from, to, &[help]);
+    }
+}
+
+#[test]
+fn diameters_that_are_wrong() {
+    let both = "outer_radius_mm = 3.0\nouter_diameter_mm = 6.0";
+    let problem = only(&changed(R1, "outer_radius_mm = 3.0", both).0);
+    assert!(problem.to_string().contains("Keep one of outer_radius_mm and outer_diameter_mm"), "{problem}");
+    expect(
+        "inner_radius_mm = 2.0",
+        "inner_diameter_mm = 6.0",
+        &["6.0 mm leaves no wall in a tube of outer radius 3.0 mm", "Write a diameter below 6.0."],
+    );
+    expect("outer_radius_mm = 3.0", "outer_diameter_mm = -6.0", &["a diameter cannot be negative"]);
+    expect(
+        "outer_radius_mm = 3.0",
+        "outer_diameter_mm = 400",
+        &["a diameter of 400.0 mm is larger than the tube is long (150.0 mm)"],
+    );
+    expect(
+        "outer_radius_mm = 1.5",
+        "outer_diameter_mm = 4.2",
+        &["tube 2, outer_diameter_mm", "reaches 2.1 mm", "Write an outer diameter of at most 4.0"],
+    );
+    let missing = only(&changed(R1, "inner_radius_mm = 2.0\n", "").0).to_string();
+    assert!(missing.contains("Write inner_radius_mm = 2.0, or inner_diameter_mm = 4.0."), "{missing}");
+}
+
+#[test]
 fn unknown_keys() {
     expect("tooth_mm", "tooht_mm", &["tube 1, notches.tooht_mm", "not known here", "Did you mean tooth_mm?"]);
     expect("outer_radius_mm", "outer_raduis", &["Did you mean outer_radius_mm?"]);

@@ -4,7 +4,7 @@
 use cppr::design::{
     BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, Torsion, TubeDesign,
 };
-use cppr_io::{NotchPattern, RobotFile, robot_file};
+use cppr_io::{NotchPattern, RobotFile, robot_file, robot_text};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -248,4 +248,87 @@ fn optional_fields_of_a_stiffness() {
     assert_eq!(tube.mass_per_length, Profile::constant(0.0035));
     assert_eq!(tube.direction, Profile::linear(-PI / 2.0, -PI));
     assert!((tube.bending_z.eval(0.04, 0.04)[0] - 5e-5).abs() < 1e-18);
+}
+
+#[test]
+fn diameters_are_twice_the_radii() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/r1.toml")).unwrap();
+    let other = text
+        .replace("outer_radius_mm = 3.0", "outer_diameter_mm = 6.0")
+        .replace("inner_radius_mm = 2.0", "inner_diameter_mm = 4.0")
+        .replace("outer_radius_mm = 1.5", "outer_diameter_mm = 3");
+    assert_eq!(other.matches("diameter").count(), 3);
+    assert_eq!(parsed(&other), parsed(&text));
+}
+
+/// Every shipped robot, and one with all that a file can say, is the same after it was written and read.
+#[test]
+fn a_design_survives_its_text() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut designs: Vec<_> = files.map(|path| robot_file::read(path).unwrap().design).collect();
+    assert!(designs.len() >= 7);
+    let rich = "name = \"all \\\"that\\\" there is\"\nlength_mm = 60.1\n
+        [[tube]]\nouter_diameter_mm = 5.3\ninner_diameter_mm = 4.1\nshape = \"hexagon\"\n
+        [tube.material]\nyoungs_modulus_GPa = 60\nshear_modulus_GPa = 17\ndensity_kg_m3 = 6450\nallowable_strain_percent = 3.7\n
+        [tube.notches]\ndepth_mm = { x_mm = [3, 31, 50], depth_mm = [1.1, 2.3, 2.2] }\ntwist_deg = 77\ntorsion = \"polar\"\nbelow_plate = \"continued\"\n
+        [[tube]]\nouter_radius_mm = 1.9\ninner_radius_mm = 1.3\ncentroid_offset_factor = 1.13\n
+        [tube.material]\nyoungs_modulus_GPa = 3.1\npoissons_ratio = 0.36\ndensity_kg_m3 = 1200\n
+        [tube.notches]\nlength_mm = 7.1\ntooth_mm = 5\ndepth_mm = [1.3, 1.7, 1.9, 2.1]\nopening_deg = [-30, 11]\n
+        torsion = { stiffness_Nmm2 = { x_mm = [0, 20, 60], stiffness_Nmm2 = [300, 410, 555] } }\ncount = 4\n
+        [[tube]]\nouter_radius_mm = 0.9\ninner_radius_mm = 0\n
+        [tube.material]\nyoungs_modulus_GPa = 3.1\npoissons_ratio = 0.36\ndensity_kg_m3 = 1200\n
+        [[tube]]\n[tube.stiffness]\ncentroid_offset_mm = [0.2, 0.3]\nbending_y_Nmm2 = 20.7\nbending_z_Nmm2 = 9.1\n
+        torsion_Nmm2 = 7.7\naxial_N = 11300\nmass_per_length_g_m = 3.3\nopening_deg = 123.4\n";
+    designs.push(parsed(rich).design);
+    for design in designs {
+        let text = robot_text::write(&design).unwrap();
+        let again = parsed(&text).design;
+        assert_eq!((&again.name, again.length.to_bits()), (&design.name, design.length.to_bits()), "{text}");
+        let (one, other) = (Robot::new(design).unwrap(), Robot::new(again).unwrap());
+        for tube in 0..one.tube_count() {
+            for i in 0..=20 {
+                let x = one.length() * f64::from(i) / 20.0;
+                let numbers = |robot: &Robot| {
+                    let f = robot.fields_at(tube, x);
+                    [
+                        f.centroid_offset,
+                        f.bending_y,
+                        f.bending_z,
+                        f.torsion,
+                        f.axial,
+                        f.mass_per_length,
+                        f.direction,
+                    ]
+                };
+                for (a, b) in numbers(&one).into_iter().zip(numbers(&other)) {
+                    let same = (a - b).abs() <= 1e-12 * a.abs() || (a.is_nan() && b.is_nan());
+                    assert!(same, "tube {tube} at {x}: {a} and {b}\n{text}");
+                }
+            }
+            let below = |robot: &Robot| robot.fields_at(tube, -1e-3).centroid_offset;
+            assert!((below(&one) - below(&other)).abs() <= 1e-12 * below(&one).abs());
+        }
+        let strains = |robot: &Robot| -> Vec<Option<f64>> {
+            let tubes = robot.design().tubes.iter();
+            tubes
+                .map(|t| if let TubeDesign::Notched(t) = t { t.material.allowable_strain } else { None })
+                .collect()
+        };
+        assert_eq!(strains(&one), strains(&other));
+    }
+}
+
+#[test]
+fn what_no_file_can_say_is_refused() {
+    let mut design = shipped("r1.toml").design;
+    let TubeDesign::Notched(tube) = &mut design.tubes[1] else { panic!() };
+    tube.material.youngs_modulus = 1.0;
+    let said = robot_text::write(&design).unwrap_err().to_string();
+    assert!(said.contains("less than any robot has"), "{said}");
+    let TubeDesign::Notched(tube) = &mut design.tubes[1] else { panic!() };
+    tube.depth = Profile::constant(0.0);
+    tube.torsion = Torsion::Given(Profile::constant(1e-4));
+    let said = robot_text::write(&design).unwrap_err().to_string();
+    assert!(said.starts_with("tube 2: ") && said.contains("StiffnessTube"), "{said}");
 }

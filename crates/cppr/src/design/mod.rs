@@ -10,7 +10,7 @@ pub mod torsion;
 pub mod tube;
 
 pub use fields::FieldValues;
-pub use profile::{Profile, ProfileError};
+pub use profile::{Made, Profile, ProfileError};
 pub use robot::{DesignProblem, DesignProblems, JointProblem, Robot, RobotDesign};
 pub use section::{Inertia, Outline, SectionError, SectionProperties};
 pub use tube::{BelowPlate, Material, NotchPattern, NotchedTube, StiffnessTube, Torsion, TubeDesign};

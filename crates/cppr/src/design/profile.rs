@@ -33,6 +33,29 @@ struct Cubic {
     smooth: bool,
 }
 
+/// What a profile was made from: the arguments of the constructor of that name.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Made<'a> {
+    /// [`Profile::constant`].
+    Constant(f64),
+    /// [`Profile::linear`]: base and tip.
+    Linear([f64; 2]),
+    /// [`Profile::per_notch`].
+    PerNotch {
+        /// Middles of the notches (m).
+        middles: &'a [f64],
+        /// Value of each.
+        values: Vec<f64>,
+    },
+    /// [`Profile::table`].
+    Table {
+        /// Rest abscissae (m).
+        abscissae: &'a [f64],
+        /// Value at each.
+        values: Vec<f64>,
+    },
+}
+
 /// What is wrong with the points of a profile. Points are numbered from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProfileError {
@@ -170,6 +193,23 @@ impl Profile {
                 [base + slope * x, slope, 0.0]
             }
             Shape::Cubic(cubic) => cubic.eval(x),
+        }
+    }
+
+    /// What makes this profile again.
+    #[must_use]
+    pub fn made(&self) -> Made<'_> {
+        match &self.shape {
+            Shape::Constant(value) => Made::Constant(*value),
+            Shape::Linear { base, tip } => Made::Linear([*base, *tip]),
+            Shape::Cubic(cubic) => {
+                let values = cubic.cells.iter().map(|cell| cell[0]).chain([cubic.ends[1]]).collect();
+                if cubic.smooth {
+                    Made::PerNotch { middles: &cubic.points, values }
+                } else {
+                    Made::Table { abscissae: &cubic.points, values }
+                }
+            }
         }
     }
 
