@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     fit: Vec<String>,
     /// Folder for the robot files with the fitted values
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Draw the residuals, .svg or .png
     #[arg(long, value_name = "FILE")]

@@ -22,7 +22,7 @@ The folder holds report.html (one file, no network), every figure as SVG and PNG
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder to write; an earlier report there is replaced
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
     /// Only this page; repeat for more
     #[arg(long, value_name = "PAGE")]

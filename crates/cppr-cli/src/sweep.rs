@@ -81,7 +81,7 @@ pub struct Args {
     #[arg(long, requires = "limits")]
     bending_teeth: bool,
     /// The table: .csv, .npz or .parquet
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
     /// Draw the stable tip positions, .svg or .png
     #[arg(long, value_name = "FILE")]
