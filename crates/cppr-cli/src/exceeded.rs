@@ -1,5 +1,5 @@
 //! What a pose asks beyond the limits of the robot, which the mechanics does not know: it bends notches on after their teeth have met.
-//! Strain and closure over what is allowed, per notch, as `cppr::analysis::limits` has them; and the greatest part of the command, in
+//! Strain, closure and shear over what is allowed, per notch, as `cppr::analysis::limits` has them; and the greatest part of the command, in
 //! [0, 1] from rest, that keeps all limits.
 
 use crate::limits;
@@ -34,6 +34,10 @@ impl Exceeded {
             (Limit::Strain, Some(section)) => {
                 let strain = plain(100.0 * section.strain, 1);
                 format!("{place} would be strained by {strain} %, {used} % of what is allowed")
+            }
+            (Limit::Torsion, Some(section)) => {
+                let shear = plain(100.0 * section.shear, 1);
+                format!("{place} would be sheared by {shear} %, {used} % of what is allowed")
             }
             _ => format!("{place} would close by {used} %, but its teeth touch at 100 %"),
         };

@@ -130,6 +130,7 @@ pub fn limit(limit: Limit) -> &'static str {
     match limit {
         Limit::Strain => "strain",
         Limit::Closure => "closure",
+        Limit::Torsion => "torsion",
         Limit::Stability => "stability",
     }
 }
@@ -141,7 +142,14 @@ fn bound(end: &RangeEnd) -> String {
         }
         Bound::Limit(Governing { limit: kind, .. }) => limit(kind).into(),
         Bound::BranchEnds => "no equilibrium beyond that continues this one".into(),
-        Bound::Open => "nothing met up to here".into(),
+        Bound::Open => {
+            let used = end.nearest.map_or(String::new(), |g| {
+                let place =
+                    g.section.as_ref().map_or(String::new(), |section| format!(", {}", place(section)));
+                format!(", {:.0} % used of {}{place}", 100.0 * g.utilisation, limit(g.limit))
+            });
+            format!("nothing met up to here{used}")
+        }
     }
 }
 
@@ -200,7 +208,7 @@ impl Report {
         let mut line = |head: &str, value: String, unit: &str, rest: String| {
             let _ = writeln!(text, "    {head:<16}{value:>9} {unit:<4}{rest}");
         };
-        let straight = self.sections.iter().all(|s| s.strain.abs() < STRAIGHT);
+        let straight = self.sections.iter().all(|s| s.strain.abs().max(s.shear.abs()) < STRAIGHT);
         for tube in 1..=self.robot.tube_count() {
             if straight {
                 break;
@@ -211,6 +219,15 @@ impl Report {
                 });
                 let value = plain(strain.copysign(section.strain) * 100.0, 4);
                 line(&format!("tube {tube} strain"), value, "%", format!("{used}, {}", place(section)));
+            }
+            if let Some((shear, section)) =
+                self.worst(tube, |s| Some(s.shear.abs()).filter(|s| *s > STRAIGHT))
+            {
+                let used = section.torsion_utilisation().map_or("no allowable strain given".into(), |u| {
+                    format!("{:.1} % of what is allowed", 100.0 * u)
+                });
+                let value = plain(shear.copysign(section.shear) * 100.0, 4);
+                line(&format!("tube {tube} torsion"), value, "%", format!("{used}, {}", place(section)));
             }
             if let Some((closure, section)) = self.worst(tube, |s| s.closure) {
                 let gap =
@@ -259,7 +276,7 @@ impl Report {
 
     fn csv(&self) -> String {
         let mut text = String::from(
-            "tube,place,notch,x_m,label_m,curvature_y_1_m,curvature_z_1_m,strain,allowable_strain,closure,gap_m\n",
+            "tube,place,notch,x_m,label_m,curvature_y_1_m,curvature_z_1_m,strain,allowable_strain,shear,allowable_shear,closure,gap_m\n",
         );
         let cell = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
         for s in &self.sections {
@@ -268,12 +285,14 @@ impl Report {
             let [y, z] = s.curvature;
             let _ = writeln!(
                 text,
-                "{},{place},{notch},{},{},{y},{z},{},{},{},{}",
+                "{},{place},{notch},{},{},{y},{z},{},{},{},{},{},{}",
                 s.tube,
                 s.abscissa,
                 s.label,
                 s.strain,
                 cell(s.allowable_strain),
+                s.shear,
+                cell(s.allowable_shear),
                 cell(s.closure),
                 cell(s.gap)
             );
@@ -362,7 +381,8 @@ fn section_json(s: &SectionLimit) -> Value {
     json!({
         "tube": s.tube, "place": place, "notch": notch, "x_m": s.abscissa, "label_m": s.label,
         "curvature_y_1_m": s.curvature[0], "curvature_z_1_m": s.curvature[1], "strain": s.strain,
-        "allowable_strain": s.allowable_strain, "closure": s.closure, "gap_m": s.gap,
+        "allowable_strain": s.allowable_strain, "shear": s.shear, "allowable_shear": s.allowable_shear,
+        "closure": s.closure, "gap_m": s.gap,
     })
 }
 
@@ -377,7 +397,7 @@ fn range_json(range: &SafeRange) -> Value {
         let (why, governing) = match end.bound {
             Bound::Limit(g) => (limit(g.limit), Some(governing_json(&g))),
             Bound::BranchEnds => ("branch_ends", None),
-            Bound::Open => ("open", None),
+            Bound::Open => ("open", end.nearest.map(|g| governing_json(&g))),
         };
         json!({ "value": end.value, "bound": why, "governing": governing })
     };

@@ -31,9 +31,10 @@ fn section<'py>(py: Python<'py>, s: &SectionLimit) -> PyResult<Bound<'py, PyTupl
         Place::Uncut => ("uncut", None),
     };
     let [y, z] = s.curvature;
-    let fields =
-        (s.tube, place, number, s.abscissa, s.label, y, z, s.strain, s.allowable_strain, s.closure, s.gap);
-    fields.into_pyobject(py)
+    let place = (s.tube, place, number, s.abscissa, s.label, y, z).into_pyobject(py)?;
+    let state =
+        (s.strain, s.allowable_strain, s.closure, s.gap, s.shear, s.allowable_shear).into_pyobject(py)?;
+    PyTuple::new(py, place.iter().chain(state.iter()))
 }
 
 /// The fields of `Governing` in their order.
@@ -42,6 +43,7 @@ fn nearest<'py>(py: Python<'py>, found: Option<&Governing>) -> PyResult<Option<B
     let limit = match found.limit {
         Limit::Strain => "strain",
         Limit::Closure => "closure",
+        Limit::Torsion => "torsion",
         Limit::Stability => "stability",
     };
     let place = found.section.as_ref().map(|s| section(py, s)).transpose()?;

@@ -37,6 +37,13 @@ def test_limits_of_every_notch() -> None:
     assert limits.governing is not None and limits.governing.section is not None
     worst = max(max(abs(s.strain) / 0.015, s.closure or 0) for s in limits.sections)
     assert limits.governing.utilisation == pytest.approx(worst)
+    # Short where it is shown, whatever the number of notches.
+    told = repr(limits)
+    assert told.startswith("Limits: ") and len(told.splitlines()) == 3 and "tube 2 notch" in told
+    # Torsion: a tube of twice the section's arm, turned alone.
+    turned = cppr.Robot.from_toml("robots/r1.toml").solve(rotate=1.0).limits().sections
+    assert all(s.allowable_shear == pytest.approx(2 * 1.35 / 3**0.5 * 0.015) for s in turned)
+    assert all(0.002 < abs(s.shear) < 0.02 for s in turned if s.place == "notch")
     with pytest.raises(ValueError, match='"rigid" or "bending"'):
         eq.limits("soft")
     assert uniform().solve().limits().sections == ()

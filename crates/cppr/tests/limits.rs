@@ -189,6 +189,50 @@ fn the_range_of_a_uniform_robot_ends_where_the_closed_form_says() {
     }
 }
 
+/// R1's notches are segments of height 1 mm without a bore: Roark's arm of the leader's, by hand, times the twist of the shape, doubled.
+#[test]
+fn twist_shears_the_notches_and_ends_the_range_of_a_rotation() {
+    let robot = printed("R1", 1.27, BelowPlate::Continued);
+    let mut workspace = Workspace::new();
+    let settings = Settings::default();
+    let mut turned = Command::held(&robot);
+    turned.actuators[0].rotation = Drive::Motion(0.5);
+    let found = converged(&robot, &mut workspace, &turned, &settings);
+    let k = (std::f64::consts::PI / (4.0 * section(3.0, 2.0, 5.0).area)).powi(2);
+    let arm = 1e-3 * (1.0 + 0.15 * k) / (1.0 + k);
+    assert!((arm - 0.9487e-3).abs() < 1e-7, "{arm}");
+    let shape = Shape::sampled(&robot, &mut workspace, &found, 11);
+    let middle = &shape.sections[5].tubes;
+    for teeth in [Teeth::Rigid, Teeth::Bending] {
+        let share = if teeth == Teeth::Rigid { PITCH / NOTCH } else { 1.0 };
+        let sections = section_limits(&robot, &mut workspace, &found, teeth);
+        for (tube, own) in middle.iter().enumerate() {
+            let section = sections.iter().find(|s| s.tube == tube + 1 && s.place == Place::Notch(8)).unwrap();
+            let arm = if tube == 0 { arm } else { section.shear / own.strain.x / share };
+            // The follower's is less wide.
+            assert!(tube == 0 || (0.85e-3..0.95e-3).contains(&arm), "{arm}");
+            let shear = share * arm * own.strain.x;
+            assert!((section.shear - shear).abs() < 1e-5 * shear.abs() && shear.abs() > 1e-3, "{section:?}");
+            let allowed = STRAIN * 2.0 * 1.35 / 3.0_f64.sqrt();
+            assert!((section.allowable_shear.unwrap() - allowed).abs() < 1e-12);
+        }
+    }
+    // The twist is uniform: all of the range's ends lie where the more twisted tube's shear is what is allowed.
+    let ranges =
+        safe_ranges(&robot, &mut workspace, &Command::held(&robot), &settings, Teeth::Rigid).unwrap();
+    for end in [ranges[1].low, ranges[1].high] {
+        let Bound::Limit(nearest) = end.bound else { panic!("{end:?}") };
+        assert_eq!(nearest.limit, Limit::Torsion);
+        let there = nearest.section.unwrap();
+        assert!((there.shear.abs() / there.allowable_shear.unwrap() - 1.0).abs() < 1e-6, "{there:?}");
+        assert!((2.5..3.4).contains(&end.value.abs()), "{end:?}");
+    }
+    // Without an allowable strain nothing limits it.
+    let free = prototype("R1", 1.27, BelowPlate::Continued);
+    let open = safe_ranges(&free, &mut workspace, &Command::held(&free), &settings, Teeth::Rigid).unwrap();
+    assert!(open[1].high.bound == Bound::Open && (open[1].high.value - std::f64::consts::TAU).abs() < 1e-12);
+}
+
 #[test]
 fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
     let robot = printed("R3", 1.26, BelowPlate::Plain);
@@ -209,11 +253,7 @@ fn ends_found_by_force_are_those_found_by_motion_and_lie_where_the_limit_is() {
     };
     for range in &ranges {
         for end in [range.low, range.high] {
-            // Turning alone bends nothing: nothing is met within a whole turn.
-            let Bound::Limit(nearest) = end.bound else {
-                assert_eq!((end.bound, range.input.freedom), (Bound::Open, Freedom::Rotation));
-                continue;
-            };
+            let Bound::Limit(nearest) = end.bound else { panic!("{end:?}") };
             let mut utilisation = |share: f64| {
                 let found = solved(&mut solver, range, end.value * share);
                 let sections = solver.section_limits(&found, Teeth::Rigid);

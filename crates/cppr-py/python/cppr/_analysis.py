@@ -40,12 +40,22 @@ class SectionLimit(NamedTuple):
     """Part of the notch's length that bending has taken up: 1 where the teeth touch."""
     gap: float | None
     """What is left between the teeth where they are nearest (m)."""
+    shear: float = 0.0
+    """Greatest shear strain by torsion, of the sign of the twist (-)."""
+    allowable_shear: float | None = None
+    """What of it the material may bear (-)."""
+
+    @property
+    def where(self) -> str:
+        """The place in words."""
+        name = f"notch {self.number}" if self.place == "notch" else self.place
+        return f"tube {self.tube} {name} (x = {1e3 * self.x:.1f} mm)"
 
 
 class Governing(NamedTuple):
     """The nearest limit."""
 
-    limit: Literal["strain", "closure", "stability"]
+    limit: Literal["strain", "closure", "torsion", "stability"]
     """Which."""
     utilisation: float
     """0 where nothing of it is used, 1 where it is reached."""
@@ -60,6 +70,23 @@ class Limits(NamedTuple):
     """Every notch that stands in the robot, tube by tube; tubes given by their stiffness have none."""
     governing: Governing | None
     """The nearest limit, stability included."""
+
+    def __repr__(self) -> str:
+        """The nearest limit and the worst of each tube; `sections` has all."""
+        near = self.governing
+        told = "no limit is known" if near is None else f"{near.utilisation:.1%} of the nearest limit used: {near.limit}"
+        place = "" if near is None or near.section is None else f", {near.section.where}"
+        lines = [f"Limits: {told}{place}"]
+        for tube in sorted({section.tube for section in self.sections}):
+            own = [section for section in self.sections if section.tube == tube]
+            worst = max(own, key=lambda section: abs(section.strain))
+            allowed = "" if worst.allowable_strain is None else f" of {worst.allowable_strain:.2%} allowed"
+            line = f"  tube {tube}: {len(own)} places, strain {worst.strain:+.2%}{allowed} at {worst.where}"
+            closed = max((s for s in own if s.closure is not None), key=lambda s: s.closure or 0.0, default=None)
+            if closed is not None:
+                line += f"; closure {closed.closure:.1%} at {closed.where}"
+            lines.append(line)
+        return "\n".join(lines)
 
 
 class RangeEnd(NamedTuple):

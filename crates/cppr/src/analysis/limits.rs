@@ -1,4 +1,4 @@
-//! How near every notch is to its limits: strain at the extreme fibre, and teeth that touch.
+//! How near every notch is to its limits: strain at the extreme fibre, teeth that touch, shear by torsion.
 //!
 //! At rest abscissa x of a tube let κ_Y, κ_Z be the curvatures about its section's axes, e its stretch, D the distance of
 //! the centroid from the centre (of the section as cut, without the kinematic factor). A fibre at (Y, Z), Y towards the
@@ -15,6 +15,7 @@
 use super::capacity::concentration;
 use super::strains::Strains;
 use crate::design::fibre::{Fibres, TubeFibres};
+use crate::design::fields::Part;
 use crate::design::{BelowPlate, NotchedTube, Robot, TubeDesign};
 use crate::kinematics::layout::Layout;
 use crate::real::{Real, every};
@@ -59,6 +60,10 @@ pub struct SectionLimit {
     pub strain: f64,
     /// What the material may bear, where the design says so (-).
     pub allowable_strain: Option<f64>,
+    /// Greatest shear strain by torsion, of the sign of the twist (-).
+    pub shear: f64,
+    /// What of it the material may bear (-).
+    pub allowable_shear: Option<f64>,
     /// Part of the notch's length that bending has taken up where the teeth are nearest: 1 where they touch, negative where the
     /// whole notch opens. `None` without a notch.
     pub closure: Option<f64>,
@@ -73,6 +78,21 @@ pub struct Utilisation {
     pub strain: Option<f64>,
     /// As [`SectionLimit::closure`].
     pub closure: Option<f64>,
+    /// Shear by torsion against the allowable one (-).
+    pub torsion: Option<f64>,
+    /// Where strain, closure and torsion are greatest: the first of those that rounding alone tells apart.
+    pub places: [Option<Spot>; 3],
+}
+
+/// Where on a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    /// Tube number, 1 is the leader.
+    pub tube: usize,
+    /// Which piece.
+    pub place: Place,
+    /// Rest abscissa of its middle on its own tube (m).
+    pub abscissa: f64,
 }
 
 /// What ends the safe use of a robot.
@@ -82,6 +102,8 @@ pub enum Limit {
     Strain,
     /// The teeth of a notch touch.
     Closure,
+    /// The shear strain by torsion reaches what the material may bear.
+    Torsion,
     /// The equilibrium becomes unstable.
     Stability,
 }
@@ -104,14 +126,22 @@ impl SectionLimit {
         self.allowable_strain.map(|allowable| self.strain.abs() / allowable)
     }
 
-    /// The greater of strain and closure against their limits.
+    /// Shear strain by torsion against the allowable one (-).
+    #[must_use]
+    pub fn torsion_utilisation(&self) -> Option<f64> {
+        self.allowable_shear.map(|allowable| self.shear.abs() / allowable)
+    }
+
+    /// The greatest of strain, closure and shear against their limits.
     #[must_use]
     pub fn governing(&self) -> Option<Governing> {
         let strain = self.strain_utilisation().map(|u| (Limit::Strain, u));
         let closure = self.closure.map(|u| (Limit::Closure, u));
+        let torsion = self.torsion_utilisation().map(|u| (Limit::Torsion, u));
         strain
             .into_iter()
             .chain(closure)
+            .chain(torsion)
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(limit, utilisation)| Governing { limit, utilisation, section: Some(*self) })
     }
@@ -162,34 +192,36 @@ impl Solver {
         let buffers = &mut self.buffers;
         equilibrium.refresh(buffers);
         let Equilibrium { robot, layout, point, .. } = equilibrium;
-        Utilisation::of(&greatest(robot, buffers, layout, &point.coordinates, teeth), 0)
+        greatest(robot, buffers, layout, &point.coordinates, teeth).swap_remove(0)
     }
 }
 
-impl Utilisation {
-    /// One lane of [`greatest`].
-    pub(crate) fn of<S: Real>(greatest: &[S; 2], lane: usize) -> Self {
-        let [strain, closure] = greatest.map(|g| Some(g.lane(lane)).filter(|g| !g.is_nan()));
-        Self { strain, closure }
-    }
-}
-
-/// Greatest utilisations of strain and closure in every lane of an evaluated buffers; NaN where nothing is judged.
+/// Greatest utilisations in every lane of evaluated buffers.
 pub(crate) fn greatest<S: Real>(
     robot: &Robot,
     buffers: &Buffers<S>,
     layout: &Layout,
     coordinates: &[S],
     teeth: Teeth,
-) -> [S; 2] {
-    let mut greatest = [S::splat(f64::NAN); 2];
+) -> Vec<Utilisation> {
+    let mut greatest = vec![Utilisation::default(); S::LANES];
     judge(robot, buffers, layout, coordinates, teeth, |section, lanes| {
-        let strain =
-            section.allowable_strain.map(|allowable| section.strain.map(f64::abs) / S::splat(allowable));
-        for (most, own) in greatest.iter_mut().zip([strain, section.closure]) {
-            if let Some(own) = own {
-                // NaN is less than any number here.
-                *most = S::from_lanes(|l| most.lane(l).max(own.lane(l))).in_lanes(lanes, *most);
+        for (lane, most) in greatest.iter_mut().enumerate().filter(|(lane, _)| lanes >> lane & 1 == 1) {
+            let part = |value: S, of: Option<f64>| of.map(|of| value.lane(lane).abs() / of);
+            let own = [
+                part(section.strain, section.allowable_strain),
+                section.closure.map(|closure| closure.lane(lane)),
+                part(section.shear, section.allowable_shear),
+            ];
+            let spot =
+                Spot { tube: section.tube, place: section.place, abscissa: section.abscissa.lane(lane) };
+            let all = [&mut most.strain, &mut most.closure, &mut most.torsion];
+            for ((most, place), own) in all.into_iter().zip(&mut most.places).zip(own) {
+                let Some(own) = own.filter(|own| !own.is_nan()) else { continue };
+                if most.is_none_or(|most| own > most + ROUNDING) {
+                    *place = Some(spot);
+                }
+                *most = Some(most.map_or(own, |most| most.max(own)));
             }
         }
     });
@@ -205,6 +237,8 @@ struct Judged<S> {
     curvature: [S; 2],
     strain: S,
     allowable_strain: Option<f64>,
+    shear: S,
+    allowable_shear: Option<f64>,
     closure: Option<S>,
     /// Of the notch (m).
     length: f64,
@@ -212,10 +246,19 @@ struct Judged<S> {
 
 impl Judged<f64> {
     fn limit(self) -> SectionLimit {
-        let Self { tube, place, abscissa, label, curvature, strain, allowable_strain, closure, length } =
-            self;
-        let gap = closure.map(|closed| length * (1.0 - closed));
-        SectionLimit { tube, place, abscissa, label, curvature, strain, allowable_strain, closure, gap }
+        SectionLimit {
+            tube: self.tube,
+            place: self.place,
+            abscissa: self.abscissa,
+            label: self.label,
+            curvature: self.curvature,
+            strain: self.strain,
+            allowable_strain: self.allowable_strain,
+            shear: self.shear,
+            allowable_shear: self.allowable_shear,
+            closure: self.closure,
+            gap: self.closure.map(|closed| self.length * (1.0 - closed)),
+        }
     }
 }
 
@@ -239,7 +282,14 @@ fn judge<S: Real>(
                 _ => None,
             };
             let share = notch.map_or(1.0, |pattern| concentration(pattern, teeth));
-            let [bend_y, bend_z, stretch] = values.map(|v| v * share);
+            let part = match place {
+                Place::Uncut => Part::Below,
+                Place::Notch(number) if number < 1 => Part::Below,
+                _ => Part::Pattern,
+            };
+            let twist = values[3] - robot.fields()[tube].direction(abscissa, part)[1];
+            let [bend_y, bend_z, stretch, twist] =
+                [values[0], values[1], values[2], twist].map(|v| v * share);
             // ε = middle + a Y + b Z.
             let (middle, slope) = (stretch + bend_z * fibres.offset, [-bend_z, bend_y]);
             let back = slope.map(|s| -s);
@@ -256,6 +306,8 @@ fn judge<S: Real>(
                 curvature: [values[0], values[1]],
                 strain,
                 allowable_strain: design.material.allowable_strain,
+                shear: twist * fibres.shear_arm,
+                allowable_shear: design.material.allowable_shear(),
                 closure: notch.map(|_| fibres.greatest_removed(back) - middle),
                 length: notch.map_or(0.0, |pattern| pattern.length),
             };

@@ -28,6 +28,8 @@ pub struct RangeEnd {
     pub value: f64,
     /// What lies there.
     pub bound: Bound,
+    /// The nearest limit there: how much of it is used where nothing was met.
+    pub nearest: Option<Governing>,
 }
 
 /// Values that one input may take while everything else stays.
@@ -216,7 +218,7 @@ impl Walk<'_> {
         let (mut at, mut step) = (first, FIRST * extent);
         loop {
             if side * (last - at) <= 0.0 {
-                return RangeEnd { value: at, bound: Bound::Open };
+                return RangeEnd { value: at, bound: Bound::Open, nearest: here.nearest };
             }
             let to = at + side * step.min(side * (last - at));
             match self.next(&here, &command(to)) {
@@ -226,7 +228,7 @@ impl Walk<'_> {
                 }
                 Some(state) => return self.refine(here, (at, to), state.excess(), command, SHARP * extent),
                 None if step > SHORTEST * extent => step *= 0.5,
-                None => return RangeEnd { value: at, bound: Bound::BranchEnds },
+                None => return RangeEnd { value: at, bound: Bound::BranchEnds, nearest: here.nearest },
             }
         }
     }
@@ -249,7 +251,7 @@ impl Walk<'_> {
             let share = (below / (below - above)).clamp(0.01, 0.99);
             let to = low + share * (high - low);
             let Some(state) = self.next(&here, &command(to)) else {
-                return RangeEnd { value: low, bound: Bound::BranchEnds };
+                return RangeEnd { value: low, bound: Bound::BranchEnds, nearest: here.nearest };
             };
             let excess = state.excess();
             let safe = excess < 0.0;
@@ -265,6 +267,6 @@ impl Walk<'_> {
                 below *= stays;
             }
         }
-        RangeEnd { value: low, bound: nearest.map_or(Bound::Open, Bound::Limit) }
+        RangeEnd { value: low, bound: nearest.map_or(Bound::Open, Bound::Limit), nearest }
     }
 }

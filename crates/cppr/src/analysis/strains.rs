@@ -1,5 +1,5 @@
-//! Curvatures κ_Y, κ_Z (1/m, about the axes of the section itself) and stretch e of one tube by its rest abscissa (m), from an
-//! evaluated state, in all lanes alike.
+//! Curvatures κ_Y, κ_Z (1/m, about the axes of the section itself), stretch e and rate of twist Δτ (rad/m) of one tube by its rest
+//! abscissa (m), from an evaluated state, in all lanes alike.
 //!
 //! The section's own Y points to its centroid. Those of the leader are K_Y, K_Z and e_1. A follower's own axes are turned by π about X
 //! from those in which `kinematics::follower` has its curvatures: with p, r and |h| from there
@@ -15,10 +15,10 @@ use crate::kinematics::rule::legendre_values;
 use crate::kinematics::state::State;
 use crate::real::{Real, every};
 
-/// κ_Y, κ_Z, e, x_k and |h_k| of a node or mode.
-type Values<S> = [S; 5];
-const FACE: usize = 3;
-const RATE: usize = 4;
+/// κ_Y, κ_Z, e, Δτ + φ', x_k and |h_k| of a node or mode.
+type Values<S> = [S; 6];
+const FACE: usize = 4;
+const RATE: usize = 5;
 
 /// Newton's method on x_k(ξ) stops at steps of ξ below this.
 const SETTLED: f64 = 1e-12;
@@ -39,7 +39,7 @@ impl<'a, S: Real> Strains<'a, S> {
             let rule = &layout.rules[element.rule];
             let nodes: Vec<Values<S>> = (0..rule.n).map(|i| strains.node(element.first_node + i)).collect();
             for m in 0..rule.n {
-                let mut mode = [S::zero(); 5];
+                let mut mode = [S::zero(); 6];
                 for (j, node) in nodes.iter().enumerate() {
                     let share = (2 * m + 1) as f64 * rule.weights[j] * rule.legendre[j * rule.n + m];
                     mode.iter_mut().zip(node).for_each(|(sum, value)| *sum += *value * share);
@@ -55,11 +55,14 @@ impl<'a, S: Real> Strains<'a, S> {
         let (layout, state) = (self.layout, self.state);
         let Some(f) = self.tube.checked_sub(1) else {
             let own = &state.local[node * layout.rows()..];
-            return [own[local::KY], own[local::KZ], own[local::E1], own[local::X], S::one()];
+            let [turn, y, z] = [own[local::KX], own[local::KY], own[local::KZ]];
+            return [y, z, own[local::E1], turn, own[local::X], S::one()];
         };
         let facing = &state.facing[node * (layout.tubes - 1) + f];
         let own = state.variables(node, f);
-        [-facing.p / facing.h, -facing.r / facing.h, own[local::EK], own[local::FACE], facing.h]
+        let per_length = |value: S| value / facing.h;
+        let [y, z, turn] = [-facing.p, -facing.r, facing.a].map(per_length);
+        [y, z, own[local::EK], turn, own[local::FACE], facing.h]
     }
 
     /// Rest abscissae at the ends of an element (m).
@@ -76,12 +79,12 @@ impl<'a, S: Real> Strains<'a, S> {
         self.ends(0)[0]
     }
 
-    /// Label X that a rest abscissa faces (m), and κ_Y, κ_Z and e there; what stands in lanes other than `lanes` means nothing. The
-    /// curvature jumps where the uncut part ends; `uncut` tells the sides apart.
-    pub fn at(&self, abscissa: S, uncut: bool, lanes: u64) -> (S, [S; 3]) {
+    /// Label X that a rest abscissa faces (m), and κ_Y, κ_Z, e and Δτ + φ' there; what stands in lanes other than `lanes` means nothing.
+    /// The curvature jumps where the uncut part ends; `uncut` tells the sides apart.
+    pub fn at(&self, abscissa: S, uncut: bool, lanes: u64) -> (S, [S; 4]) {
         let last = self.layout.elements.len() - 1;
         let mut left = lanes;
-        let (mut label, mut values) = (S::zero(), [S::zero(); 3]);
+        let (mut label, mut values) = (S::zero(), [S::zero(); 4]);
         for e in 0..=last {
             let all = e == last || (uncut && !self.layout.elements[e + 1].below[self.tube]);
             let here = if all { left } else { left & (abscissa - self.ends(e)[1]).mask(|d| d < 0.0) };
@@ -95,7 +98,7 @@ impl<'a, S: Real> Strains<'a, S> {
         (label, values)
     }
 
-    fn within(&self, e: usize, abscissa: S) -> (S, [S; 3]) {
+    fn within(&self, e: usize, abscissa: S) -> (S, [S; 4]) {
         let element = &self.layout.elements[e];
         let modes = &self.modes[element.first_node..element.first_node + self.layout.rules[element.rule].n];
         let [from, to] = self.ends(e);
@@ -121,6 +124,6 @@ impl<'a, S: Real> Strains<'a, S> {
             }
         }
         let start = Layout::label(element.start, self.coordinates).0;
-        (start + x * length, [0, 1, 2].map(|which| sum(&polynomials, which)))
+        (start + x * length, [0, 1, 2, 3].map(|which| sum(&polynomials, which)))
     }
 }

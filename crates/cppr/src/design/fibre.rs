@@ -3,10 +3,25 @@
 //! A plane strain field Y ↦ e + a Y + b Z is greatest at the edge of what it acts on: on the outer contour or at the
 //! corners where the cut Y = α meets it. The kept part Y ≥ α carries the strain; the part Y ≤ α, whose
 //! contour the teeth keep, bounds the gap. Frame and units as in `section`.
+//!
+//! Twist at the rate τ shears a section by r τ at most. With the wall t = ρ̄ − ρ, A its area, of the greatest circle inside it the
+//! diameter d, and concentration at inner corners and at the roots of the notches left out:
+//!
+//! | section | r |
+//! |---|---|
+//! | whole tube | ρ̄ |
+//! | skin of least thickness s left under the notch | 2 A_m / (s ∮ du/t), thin-walled (Bredt), A_m within the middle line of length u |
+//! | open round ring | (ρ̄² − ρ²)/(2 ρ ln(ρ̄/ρ)) − ρ, at the bore: exact for a slit tube |
+//! | open polygonal ring | t |
+//! | no bore left | d (1 + 0.15 k)/(1 + k), k = π² d⁴/(16 A²) (Roark's formula for solid sections, at a flat) |
 
 use super::section::above;
 use super::{NotchedTube, Outline};
 use crate::real::Real;
+use std::f64::consts::PI;
+
+/// Arcs of a quarter ring on which the thickness of a skin counts as constant.
+const ARCS: u32 = 256;
 
 /// A section as it is cut: its centroid, and where plane strain fields are extreme.
 #[derive(Clone, Debug)]
@@ -15,6 +30,8 @@ pub(crate) struct Fibres {
     pub depth: f64,
     /// Distance D of the centroid from the centre (m).
     pub offset: f64,
+    /// Greatest shear strain by torsion per rate of twist (m).
+    pub shear_arm: f64,
     extremes: Extremes,
 }
 
@@ -70,7 +87,7 @@ impl Fibres {
 impl Outline {
     /// The section notched by `depth` (m); none where nothing would be left.
     pub(crate) fn fibres(&self, depth: f64) -> Option<Fibres> {
-        let offset = self.inertia(depth).ok()?.centroid_offset;
+        let inertia = self.inertia(depth).ok()?;
         let (outer, alpha) = (self.contours().0, self.cut(depth));
         let extremes = if outer.sides.is_none() {
             Extremes::Disk { radius: outer.inradius, alpha }
@@ -81,7 +98,38 @@ impl Outline {
             removed.extend(kept.last());
             Extremes::Corners { kept, removed }
         };
-        Some(Fibres { depth, offset, extremes })
+        let shear_arm = self.shear_arm(depth, inertia.area);
+        Some(Fibres { depth, offset: inertia.centroid_offset, shear_arm, extremes })
+    }
+
+    fn shear_arm(&self, depth: f64, area: f64) -> f64 {
+        let (outer, inner) = self.contours();
+        let (far, near) = (outer.inradius, inner.inradius);
+        let wall = far - near;
+        let solid = |diameter: f64, area: f64| {
+            let k = (PI * diameter * diameter / (4.0 * area)).powi(2);
+            diameter * (1.0 + 0.15 * k) / (1.0 + k)
+        };
+        if near <= 0.0 || depth >= self.passing_depth() {
+            if outer.sides.is_none() && depth <= 0.0 { far } else { solid(self.kept_height(depth), area) }
+        } else if depth <= 0.0 {
+            far
+        } else if depth < self.opening_depth() {
+            let middle = far - 0.5 * wall;
+            // Thickness across from the middle of the notch by an angle.
+            let thickness = |angle: f64| wall.min((far - depth) / angle.cos() - near);
+            let flow: f64 = (0..ARCS)
+                .map(|i| 0.5 * PI * (f64::from(i) + 0.5) / f64::from(ARCS))
+                .map(|angle| 1.0 / thickness(angle))
+                .sum::<f64>()
+                * (PI * middle / f64::from(ARCS))
+                + PI * middle / wall;
+            2.0 * PI * middle * middle / (self.thinnest_wall(depth) * flow)
+        } else if outer.sides.is_none() {
+            wall * (far + near) / (2.0 * near * (far / near).ln()) - near
+        } else {
+            wall
+        }
     }
 
     /// Thinnest wall of a section notched by `depth` (m): the skin under a notch that stops before the bore, the wall of the
@@ -162,6 +210,29 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A rod, a half rod (0.849 ρ, Timoshenko and Goodier art. 109), a slit and a whole thin tube, and a skin almost as thick as the wall.
+    #[test]
+    fn shear_by_torsion() {
+        let arm = |outer_radius, inner_radius, depth: f64| {
+            Outline::Round { outer_radius, inner_radius }.fibres(depth).unwrap().shear_arm
+        };
+        let near = |got: f64, want: f64, by: f64| assert!((got - want).abs() < by * want, "{got} {want}");
+        near(arm(2.0, 0.0, 0.0), 2.0, 1e-12);
+        near(arm(2.0, 0.0, 2.0), 2.0 * 0.849, 0.03);
+        near(arm(1.0, 0.9, 0.0), 1.0, 1e-12);
+        // ϕ = −r²/2 + A ln r + B vanishes at both radii.
+        let a = (1.0 - 0.81) / (2.0 * (1.0 / 0.9_f64).ln());
+        near(arm(1.0, 0.9, 0.5), a / 0.9 - 0.9, 1e-12);
+        near(arm(1.0, 0.9, 0.5), 0.1, 0.03);
+        near(arm(1.0, 0.9, 1e-9), 0.95, 1e-6);
+        // A skin of half the wall carries the shear flow of the whole: more than the wall had, at most twice as much.
+        let skin = arm(1.0, 0.9, 0.05);
+        assert!(skin > 1.5 && skin < 1.9, "{skin}");
+        // A square rod: 0.675 of its side.
+        let square = Outline::Polygon { sides: 4, outer_apothem: 1.0, inner_apothem: 0.0 };
+        near(square.fibres(0.0).unwrap().shear_arm, 2.0 * 0.675, 0.01);
     }
 
     #[test]

@@ -24,6 +24,12 @@ impl Material {
     pub fn shear_modulus(&self) -> f64 {
         self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
     }
+
+    /// Shear strain whose distortion energy is that of the allowable strain in tension, 2 (1 + ν)/√3 times that (-).
+    #[must_use]
+    pub fn allowable_shear(&self) -> Option<f64> {
+        self.allowable_strain.map(|strain| 2.0 * (1.0 + self.poissons_ratio) / 3.0_f64.sqrt() * strain)
+    }
 }
 
 /// How the torsional stiffness GJ of a notched tube, about the tube's centre, is found.

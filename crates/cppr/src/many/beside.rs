@@ -15,7 +15,7 @@ pub(crate) struct Derived {
     pub marks: [u64; WIDTH],
     /// With the lanes in which it holds.
     margin: Option<(Lanes, u64)>,
-    greatest: Option<(Teeth, [Lanes; 2])>,
+    greatest: Option<(Teeth, Vec<Utilisation>)>,
 }
 
 impl Derived {
@@ -48,12 +48,11 @@ impl Beside<'_> {
 
     /// As [`crate::solve::Solver::utilisation`].
     pub fn utilisation(&mut self, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
-        let known = self.derived.greatest.filter(|(own, _)| *own == teeth);
-        let (_, found) = known.unwrap_or_else(|| {
+        let known = self.derived.greatest.take().filter(|(own, _)| *own == teeth);
+        let (_, found) = self.derived.greatest.insert(known.unwrap_or_else(|| {
             let Equilibrium { robot, layout, .. } = equilibrium;
             (teeth, greatest(robot, self.buffers, layout, &self.point.coordinates, teeth))
-        });
-        self.derived.greatest = Some((teeth, found));
-        Utilisation::of(&found, self.lane)
+        }));
+        found[self.lane]
     }
 }
