@@ -8,9 +8,11 @@ use crate::command::tube_number;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
-use cppr::analysis::Teeth;
-use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_within};
-use cppr::solve::Quantity;
+use cppr::analysis::inverse::{
+    Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_near, free_within,
+};
+use cppr::analysis::{Teeth, governing};
+use cppr::solve::{Quantity, SettingsProblem};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::fmt::Display;
@@ -58,18 +60,34 @@ pub fn reach<'py>(
     equilibrium: PyRef<'py, Equilibrium>,
     position: Option<Bound<'py, PyAny>>,
     direction: Option<Bound<'py, PyAny>>,
+    near: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let read = |what: &str, value: Option<Bound<'py, PyAny>>| value.map(|v| vector(what, &v)).transpose();
     let target = Target { position: read("position", position)?, direction: read("direction", direction)? };
-    let free = free(py, &equilibrium)?;
-    let found = &equilibrium.found;
-    let answer = analysed(py, found, |w| w.reach(found.command(), &free, &target, &Accuracy::default()))?;
+    let (shared, found, accuracy) = (&equilibrium.shared, &equilibrium.found, Accuracy::default());
+    let (free, answer) = if near {
+        let free = free_near(found);
+        // Short, and a solver that is kept: nothing to watch, nothing to build.
+        let answer = py.detach(|| shared.with(|solver| solver.reach_near(found, &free, &target, &accuracy)));
+        (free, answer)
+    } else {
+        let free = free(py, &equilibrium)?;
+        let answer = analysed(py, found, |w| w.reach(found.command(), &free, &target, &accuracy))?;
+        (free, answer)
+    };
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
+    let used = py.detach(|| {
+        shared.with(|solver| {
+            let sections = solver.section_limits(&answer.equilibrium, Teeth::Rigid);
+            governing(&sections, solver.margin(&answer.equilibrium))
+        })
+    });
     let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
     own.set_item("reached", answer.reached)?;
     own.set_item("distance", answer.distance)?;
     own.set_item("angle", answer.angle)?;
     own.set_item("depends_on_path", answer.depends_on_path)?;
+    own.set_item("limit_used", used.map_or(f64::NAN, |g| g.utilisation))?;
     let conditioning = answer.conditioning.as_ref();
     own.set_item("condition", conditioning.map_or(f64::NAN, |c| c.condition))?;
     own.set_item("manipulability", conditioning.map_or(f64::NAN, |c| c.manipulability))?;
@@ -143,8 +161,15 @@ pub fn sense<'py>(
     if let Some(direction) = direction {
         measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
     }
-    let found = &equilibrium.found;
-    let answer = analysed(py, found, |w| w.sense(found.command(), &measured, moment))?;
+    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
+    // Some ten solves: short, and with a solver that is kept.
+    let answer = py.detach(|| {
+        shared.with(|solver| {
+            solver.set_settings(*found.settings())?;
+            Ok(solver.sense(found.command(), &measured, moment))
+        })
+    });
+    let answer = answer.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = PyDict::new(py);
     own.set_item("force", line(py, answer.force.iter().copied()))?;

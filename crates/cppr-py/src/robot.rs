@@ -8,7 +8,7 @@ use crate::errors;
 use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{SettingsProblem, Solver};
-use cppr_io::robot_file;
+use cppr_io::{robot_file, robot_text};
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -78,6 +78,21 @@ impl Robot {
     fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
         let file = robot_file::parse(text).map_err(|problems| errors::file(py, &problems))?;
         Self::build(py, file.design)
+    }
+
+    /// Writes a robot file that reads back as this robot.
+    fn to_toml(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let text = self.to_toml_text(py)?;
+        // Whole or not at all.
+        let mut draft = path.clone().into_os_string();
+        draft.push(".part");
+        std::fs::write(&draft, text)?;
+        Ok(std::fs::rename(&draft, &path)?)
+    }
+
+    /// The text of a robot file that reads back as this robot.
+    fn to_toml_text(&self, py: Python<'_>) -> PyResult<String> {
+        robot_text::write(self.design()).map_err(|problems| errors::file(py, &problems))
     }
 
     /// Name.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,26 @@ def test_reach_comes_back(three: cppr.Robot) -> None:
     assert not far.reached and far.distance is not None and far.distance > 0.05
     with pytest.raises(cppr.CommandError):
         three.solve().reach()
+
+
+def test_a_controller_reaches_from_where_it_is() -> None:
+    r1 = cppr.Robot.from_toml("robots/r1.toml")
+    here = r1.solve(pull=3e-3, rotate=0.4)
+    wanted = r1.solve(pull=3.2e-3, rotate=0.45)
+    answer = here.reach(position=wanted.tip_position, near=True)
+    assert answer.reached and not answer.depends_on_path
+    assert answer.values == pytest.approx([3.2e-3, 0.45], rel=1e-5)
+    nearest = answer.equilibrium.limits().governing
+    assert nearest is not None and answer.limit_used == pytest.approx(nearest.utilisation)
+    best = 1.0
+    for _ in range(30):
+        start = time.perf_counter()
+        here.reach(position=wanted.tip_position, near=True)
+        best = min(best, time.perf_counter() - start)
+    assert best < 1e-3
+    # Beyond the limits it goes on, and says so.
+    far = here.reach(position=r1.solve(pull=14e-3).tip_position, near=True)
+    assert far.limit_used > 1
 
 
 def test_a_shape_gives_its_actuators_back(r3: cppr.Robot) -> None:

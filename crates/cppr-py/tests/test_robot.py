@@ -52,6 +52,22 @@ def test_every_way_to_write_a_profile(r3: cppr.Robot, depth: cppr.ProfileLike) -
     assert np.abs(other - tip).max() > 1e-4
 
 
+def test_a_robot_is_written_and_read(r3: cppr.Robot, tmp_path: Path) -> None:
+    coded = r3_in_code(depth=lambda x: 8.2e-3 - 1e-3 * (x / 0.15) ** 2)
+    for robot in (r3, coded):
+        robot.to_toml(tmp_path / "it.toml")
+        again = cppr.Robot.from_toml(tmp_path / "it.toml")
+        assert (again.name, again.length) == (robot.name, robot.length)
+        tip = again.solve(pull=5e-3, rotate=0.3).tip_position
+        assert np.abs(tip - robot.solve(pull=5e-3, rotate=0.3).tip_position).max() < 1e-12
+        assert [p.name for p in tmp_path.iterdir()] == ["it.toml"]
+    assert "outer_diameter_mm = 9.0" in r3.to_toml_text()
+    soft = dataclasses.replace(r3.tubes[0], material=dataclasses.replace(PLA, youngs_modulus=10.0))
+    with pytest.warns(cppr.UnitWarning), pytest.raises(cppr.RobotError, match="less than any robot has"):
+        cppr.Robot(0.15, [soft, r3.tubes[1]]).to_toml(tmp_path / "soft.toml")
+    assert not (tmp_path / "soft.toml").exists()
+
+
 def test_a_function_is_called_once_per_cell() -> None:
     seen: list[float] = []
 

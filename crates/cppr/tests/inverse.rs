@@ -7,7 +7,7 @@ use common::{Random, converged, prototype, robot, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::Teeth;
 use cppr::analysis::inverse::{
-    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_within,
+    Accuracy, FreeInput, InverseProblem, Measured, ShapePoint, Target, free_near, free_within,
 };
 use cppr::design::{BelowPlate, Robot};
 use cppr::solve::{Actuator, Command, Drive, Freedom, Settings, Solver, Status};
@@ -102,6 +102,46 @@ fn reachable_poses_are_reached_within_the_bounds() {
             let off = (solver.tip(&again).centre - position).norm();
             assert_eq!(off > 1e-6 * case.robot.length(), answer.depends_on_path, "{what}");
         }
+    }
+}
+
+#[test]
+fn from_a_known_pose_its_neighbours_are_reached() {
+    let (settings, accuracy) = (Settings::default(), Accuracy::default());
+    for case in cases() {
+        let mut solver = Solver::new(&case.robot);
+        let start: Vec<f64> = case.free.iter().map(|f| 0.4 * f.bounds[1]).collect();
+        let command = with_values(&case.robot, &case.free, &start);
+        let start = converged(&case.robot, &command, &settings);
+        let free: Vec<FreeInput> = free_near(&start)
+            .into_iter()
+            .filter(|near| case.free.iter().any(|own| own.input == near.input))
+            .collect();
+        assert_eq!(free.len(), case.free.len());
+        let values: Vec<f64> = case.free.iter().map(|f| 0.5 * f.bounds[1]).collect();
+        let wanted = with_values(&case.robot, &case.free, &values);
+        let wanted = converged(&case.robot, &wanted, &settings);
+        let cppr::kinematics::TipPose { rotation, centre: position } = wanted.tip();
+        let target = Target {
+            position: Some(position),
+            direction: case.whole.then(|| rotation.column(0).into_owned()),
+        };
+        let answer = solver.reach_near(&start, &free, &target, &accuracy).unwrap();
+        assert!(answer.reached && !answer.depends_on_path, "{}: {:?}", case.name, answer.distance);
+        // Several combinations of four actuators can lead to one position.
+        if case.name != "childs3, all" {
+            for (got, want) in answer.values.iter().zip(&values) {
+                assert!((got - want).abs() < 1e-5 * want.abs(), "{}: {got} {want}", case.name);
+            }
+        }
+        // As near as the search over everything comes to a point out of reach straight beyond the tip.
+        let beyond = Target { position: Some(1.3 * position), direction: None };
+        let near = solver.reach_near(&start, &free, &beyond, &accuracy).unwrap();
+        let all = solver.reach(&command, &free, &beyond, &accuracy).unwrap();
+        assert!(!near.reached && !all.reached);
+        assert!(near.distance.unwrap() < all.distance.unwrap() + 1e-6 * case.robot.length(), "{}", case.name);
+        let nothing = solver.reach_near(&start, &free, &Target::default(), &accuracy);
+        assert!(matches!(nothing, Err(InverseProblem::NothingGiven)));
     }
 }
 

@@ -57,6 +57,15 @@ class Robot:
     def from_toml_text(text: str) -> Robot:
         """Reads a robot from the text of a robot file. Raises `RobotError` as `from_toml`."""
 
+    def to_toml(self, path: str | os.PathLike[str]) -> None:
+        """Writes a robot file that reads back as this robot.
+
+        Raises `RobotError` for what no file can say, such as a modulus below that of any solid.
+        """
+
+    def to_toml_text(self) -> str:
+        """The text of a robot file that reads back as this robot. Raises `RobotError` as `to_toml`."""
+
     @property
     def name(self) -> str:
         """Name."""
@@ -285,11 +294,13 @@ class Equilibrium:
         """
 
     def reach(
-        self, position: VectorLike | None = None, direction: VectorLike | None = None
+        self, position: VectorLike | None = None, direction: VectorLike | None = None, *, near: bool = False
     ) -> Reach:
         """Actuators that bring the tip to a position (m), a direction of its axis, or both, base frame.
 
-        Loads and drives are those of this equilibrium, actuators move within their safe ranges about it. Raises
+        Loads and drives are those of this equilibrium, actuators move within their safe ranges about it. With `near`
+        the search starts here and stays on this branch, which takes well under a millisecond: for a controller that knows where
+        it is. Then limits are not kept but told, in `Reach.limit_used`. Raises
         `CommandError` where nothing can be searched for; out of reach is no error, see `Reach.reached`.
         """
 
@@ -424,7 +435,7 @@ def trace(
     depth: int,
 ) -> list[dict[str, Any]]: ...
 def reach(
-    equilibrium: Equilibrium, position: VectorLike | None, direction: VectorLike | None
+    equilibrium: Equilibrium, position: VectorLike | None, direction: VectorLike | None, near: bool
 ) -> dict[str, Any]: ...
 def match_shape(
     equilibrium: Equilibrium, points: Sequence[Sequence[float]], deviation: float

@@ -34,6 +34,8 @@ class Reach:
     """From the wanted direction (rad)."""
     depends_on_path: bool
     """True where the same values applied from rest lead to another pose."""
+    limit_used: float
+    """How much of the nearest limit this pose uses: 1 where a notch is strained to its limit or closed, or the robot snaps; NaN without limits."""
     condition: float
     """Greatest over least deviation of the tip along its principal axes (-)."""
     manipulability: float
@@ -88,12 +90,17 @@ def reach(
     self: _cppr.Equilibrium,
     position: VectorLike | None = None,
     direction: VectorLike | None = None,
+    *,
+    near: bool = False,
 ) -> Reach:
     """Actuators that bring the tip to a position (m), a direction of its axis, or both, base frame.
 
+    The whole of the safe ranges is searched. With `near` the search starts at this equilibrium and stays on its branch: for a
+    controller that knows where it is. Then actuators may move by half a turn of bend or rotation, beyond limits too: look at `limit_used`.
+
     Raises `CommandError` where nothing can be searched for; out of reach is no error, see `Reach.reached`.
     """
-    found = _cppr.reach(self, position, direction)
+    found = _cppr.reach(self, position, direction, near)
     return Reach(**{**found, "at_bound": np.array(found["at_bound"], dtype=bool)})
 
 

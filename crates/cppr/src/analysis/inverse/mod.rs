@@ -17,7 +17,7 @@ pub use shape_match::{ShapeMatch, ShapePoint};
 pub use uncertainty::{Principal, Uncertainty};
 
 use super::{Bound, SafeRange};
-use crate::design::Robot;
+use crate::design::{FieldValues, Robot};
 use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
 use nalgebra::DVector;
 use std::fmt;
@@ -113,6 +113,32 @@ pub fn free_within(robot: &Robot, ranges: &[SafeRange]) -> Vec<FreeInput> {
             };
             FreeInput { input: range.input, bounds: [cut(&range.low), cut(&range.high)] }
         })
+        .collect()
+}
+
+/// All inputs of an equilibrium's command about their present values, for a search that stays near: half a turn of bend or rotation to
+/// either side for motions, what would bend or twist the robot that far for efforts. Planar settings have no rotations.
+#[must_use]
+pub fn free_near(start: &Equilibrium) -> Vec<FreeInput> {
+    let robot = start.robot();
+    let middle: Vec<_> =
+        (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * robot.length())).collect();
+    let sum = |value: fn(&FieldValues) -> f64| middle.iter().map(value).sum::<f64>();
+    let inputs = start.command.inputs();
+    inputs
+        .filter(|(input, _)| input.freedom == Freedom::PushPull || start.settings.resolution.angle > 0)
+        .map(|(input, at)| {
+            let lever = middle[0].centroid_offset + middle[input.tube - 1].centroid_offset;
+            let reach = HALF_TURN
+                * match (input.freedom, input.is_motion) {
+                    (Freedom::PushPull, true) => lever,
+                    (Freedom::Rotation, true) => 1.0,
+                    (Freedom::PushPull, false) => sum(|f| f.bending_z) / (robot.length() * lever),
+                    (Freedom::Rotation, false) => sum(|f| f.torsion) / robot.length(),
+                };
+            FreeInput { input, bounds: [at - reach, at + reach] }
+        })
+        .filter(|free| free.bounds[0] < free.bounds[1] && free.bounds[1].is_finite())
         .collect()
 }
 

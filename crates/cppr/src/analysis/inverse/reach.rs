@@ -121,12 +121,74 @@ impl Solver {
         target: &Target,
         accuracy: &Accuracy,
     ) -> Result<Reach, InverseProblem> {
+        let target = target.checked()?;
         check(self, command, free)?;
         let length = self.robot.length();
-        let target = Target { position: target.position, direction: target.direction.map(|d| d.normalize()) };
-        if target.position.is_none() && target.direction.is_none() {
+        let mut search = Search { solver: self, command, free };
+        let starts =
+            search.scout(STARTS, |search, found| target.residual(&search.solver.tip(found), length).norm());
+        let starts = starts.into_iter().map(|(_, values, found)| (values, found)).collect();
+        searched(&mut search, &target, accuracy, starts)
+    }
+
+    /// The same from one equilibrium, whose robot, command and settings hold: the search stays on its branch and looks nowhere else. Where
+    /// the target is near, this takes some five steps instead of some hundred; where it is not, the answer may be a pose that is the nearest
+    /// only among its neighbours.
+    ///
+    /// # Errors
+    /// As [`Solver::reach`].
+    pub fn reach_near(
+        &mut self,
+        start: &Equilibrium,
+        free: &[FreeInput],
+        target: &Target,
+        accuracy: &Accuracy,
+    ) -> Result<Reach, InverseProblem> {
+        let target = target.checked()?;
+        (self.robot, self.settings) = (start.robot().clone(), *start.settings());
+        let command = start.command();
+        check(self, command, free)?;
+        let value = |free: &FreeInput| command.value(free.input).unwrap_or_default();
+        let values = DVector::from_iterator(free.len(), free.iter().map(value));
+        let mut search = Search { solver: self, command, free };
+        searched(&mut search, &target, accuracy, vec![(values, start.clone())])
+    }
+}
+
+/// The best that is found from several starts, the most promising first.
+fn searched(
+    search: &mut Search,
+    target: &Target,
+    accuracy: &Accuracy,
+    starts: Vec<(DVector<f64>, Equilibrium)>,
+) -> Result<Reach, InverseProblem> {
+    let (units, bounds) = (search.units(), search.bounds());
+    let mut best: Option<(f64, DVector<f64>, Equilibrium)> = None;
+    for (values, found) in starts {
+        let Some(first) = evaluated(search, found, target) else { continue };
+        let outcome = minimise(values, first, &bounds, &units, |values, near| {
+            let found = search.at(values, Some(near))?;
+            evaluated(search, found, target)
+        });
+        let left = outcome.best.residual.norm();
+        if best.as_ref().is_none_or(|b| left < b.0) {
+            best = Some((left, outcome.values, outcome.best.state));
+        }
+        if left < ARRIVED * ANGLE {
+            break;
+        }
+    }
+    let (_, values, equilibrium) = search.unless_stopped(best)?;
+    Ok(conclude(search, target, accuracy, &values, equilibrium))
+}
+
+impl Target {
+    /// With a direction of length 1.
+    fn checked(&self) -> Result<Self, InverseProblem> {
+        if self.position.is_none() && self.direction.is_none() {
             return Err(InverseProblem::NothingGiven);
         }
+        let target = Self { position: self.position, direction: self.direction.map(|d| d.normalize()) };
         for (vector, what) in
             [(target.position, "the wanted position"), (target.direction, "the wanted direction")]
         {
@@ -134,31 +196,9 @@ impl Solver {
                 return Err(InverseProblem::NotFinite(what));
             }
         }
-        let mut search = Search { solver: self, command, free };
-        let (units, bounds) = (search.units(), search.bounds());
-        let starts =
-            search.scout(STARTS, |search, found| target.residual(&search.solver.tip(found), length).norm());
-        let mut best: Option<(f64, DVector<f64>, Equilibrium)> = None;
-        for (_, values, found) in starts {
-            let Some(first) = evaluated(&mut search, found, &target) else { continue };
-            let outcome = minimise(values, first, &bounds, &units, |values, near| {
-                let found = search.at(values, Some(near))?;
-                evaluated(&mut search, found, &target)
-            });
-            let left = outcome.best.residual.norm();
-            if best.as_ref().is_none_or(|b| left < b.0) {
-                best = Some((left, outcome.values, outcome.best.state));
-            }
-            if left < ARRIVED * ANGLE {
-                break;
-            }
-        }
-        let (_, values, equilibrium) = search.unless_stopped(best)?;
-        Ok(conclude(&mut search, &target, accuracy, &values, equilibrium))
+        Ok(target)
     }
-}
 
-impl Target {
     fn residual(&self, tip: &TipPose, length: f64) -> DVector<f64> {
         let shift = self.position.map(|wanted| (tip.centre - wanted) / length);
         let turn = self.direction.map(|wanted| (tip.tangent() - wanted) * ANGLE);
