@@ -3,26 +3,30 @@
 use crate::Failure;
 use crate::figure::plot_failure;
 use cppr_plot::{Axis, Cloud, CloudInput, Figure, cloud_figure};
-use cppr_sweep::{Chunk, Task, Verdict};
+use cppr_sweep::{Chunk, Task, Variable, Verdict};
 
 /// Gathers tips while a table is read.
 pub struct Workspace {
     cloud: Cloud,
     /// Columns of status, tip and colour.
     columns: [usize; 5],
+    /// Robots that differ by little: the figure has the scale of the scatter.
+    of_tolerances: bool,
     /// From the column's unit to that of the figure.
     factor: f64,
     axis: Axis,
 }
 
 /// Short names of columns.
-const SHORT: [(&str, &str); 6] = [
+const SHORT: [(&str, &str); 8] = [
     ("tension", "tube2_tension_N"),
     ("torque", "tube2_torque_Nm"),
     ("energy", "elastic_energy_J"),
     ("margin", "margin_to_instability"),
+    ("bend", "bend_angle_rad"),
     ("strain", "strain_utilisation"),
     ("closure", "closure_utilisation"),
+    ("torsion", "torsion_utilisation"),
 ];
 
 /// Units of columns, what a figure shows instead, and the factor between them.
@@ -45,7 +49,7 @@ impl Workspace {
         let Some(value) = place(name) else {
             let add = match name {
                 "margin_to_instability" => "; add --margin",
-                "strain_utilisation" | "closure_utilisation" => "; add --limits",
+                name if name.ends_with("_utilisation") => "; add --limits",
                 _ => "",
             };
             let there: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
@@ -54,16 +58,15 @@ impl Workspace {
                 there.join(", ")
             )));
         };
-        let (stem, unit, factor) = UNITS
-            .iter()
-            .find_map(|(suffix, unit, factor)| Some((name.strip_suffix(suffix)?, *unit, *factor)))
-            .unwrap_or((name, "", 1.0));
+        let (label, unit, factor) = in_shown_unit(name);
         let place = |name| place(name).unwrap_or_default();
+        let of_tolerances = task.axes.iter().any(|axis| matches!(axis.variable, Variable::Design(_)));
         Ok(Self {
-            cloud: Cloud::new(task.robot.length()),
+            cloud: Cloud::new(task.robot.length() * if of_tolerances { CLOSE } else { 1.0 }),
+            of_tolerances,
             columns: [place("status"), place("tip_x_m"), place("tip_y_m"), place("tip_z_m"), value],
             factor,
-            axis: Axis::new(label(stem), unit),
+            axis: Axis::new(label, unit),
         })
     }
 
@@ -81,10 +84,22 @@ impl Workspace {
     pub fn figure(self, task: &Task) -> Result<Figure, Failure> {
         let title =
             format!("{}: {} stable of {} poses", task.robot.design().name, self.cloud.total, task.rows());
-        let length = task.robot.length();
+        let length = (!self.of_tolerances).then(|| task.robot.length());
         let input = CloudInput { title, cloud: self.cloud, value: self.axis, length };
         cloud_figure(&input).map_err(|error| plot_failure(&error))
     }
+}
+
+/// Detail of a scatter, as part of that of a workspace.
+const CLOSE: f64 = 1e-3;
+
+/// A column in words, the unit that people read, and the factor to it.
+pub fn in_shown_unit(name: &str) -> (String, &'static str, f64) {
+    let (stem, unit, factor) = UNITS
+        .iter()
+        .find_map(|(suffix, unit, factor)| Some((name.strip_suffix(suffix)?, *unit, *factor)))
+        .unwrap_or((name, "", 1.0));
+    (label(stem), unit, factor)
 }
 
 /// `tube2_tension` is the tension of tube 2.

@@ -23,6 +23,7 @@ mod section;
 mod sense;
 mod shape_match;
 mod solve;
+mod study;
 mod sweep;
 mod table;
 mod view;

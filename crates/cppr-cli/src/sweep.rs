@@ -9,8 +9,8 @@ use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector
 use cppr::analysis::{Teeth, absurd_demand};
 use cppr::solve::{CommandProblem, Quantity};
 use cppr_sweep::{
-    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Task, Values, Variable, Verdict, parts_of,
-    write_file,
+    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Study, Task, Values, Variable, Verdict,
+    parts_of, write_file,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
@@ -31,6 +31,7 @@ Examples:
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
 --rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
 robot file, in their own unit: a range, uniform(a,b) or normal(mean,deviation).
+With --samples mean, deviation and percentiles of every output are printed, and which input moves the tip most.
 The ending of the output says its format: .csv, .npz or .parquet. Every pose is a row, with its status.
 Ctrl-C or a crash loses at most the poses in work: the same command with --resume goes on.
 Exit codes: 0 done, 2 wrong input, 3 no pose has an equilibrium, 130 interrupted.";
@@ -74,7 +75,7 @@ pub struct Args {
     /// Add the margin to instability
     #[arg(long)]
     margin: bool,
-    /// Add the greatest utilisation of strain and of closing notches, as cppr limits
+    /// Add the greatest utilisation of strain, closing notches and torsion, and where it is, as cppr limits
     #[arg(long)]
     limits: bool,
     /// With --limits: let the teeth bend as the notches do
@@ -86,7 +87,7 @@ pub struct Args {
     /// Draw the stable tip positions, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// What the colour of the figure tells: tension, torque, energy, margin, strain, closure or a column of the table
+    /// What the colour of the figure tells: tension, torque, energy, bend, margin, strain, closure, torsion or a column of the table
     #[arg(long, value_name = "COLUMN", requires = "plot")]
     colour: Option<String>,
     /// Go on where this sweep was interrupted, if it was
@@ -183,7 +184,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         bar.set_position(done);
     };
+    let mut study = matches!(task.plan, Plan::Samples { .. }).then(|| Study::new(&task));
+    let mut reasons = [const { None }; Verdict::ALL.len()];
     let visit = |chunk: &Chunk| {
+        if let Some(study) = &mut study {
+            study.visit(chunk);
+        }
+        for (row, code) in chunk.column(task.axes.len()).iter().enumerate() {
+            if let Some(verdict) = Verdict::from_code(*code)
+                && let reason @ None = &mut reasons[usize::from(verdict.code())]
+            {
+                *reason = task.reason(chunk, row);
+            }
+        }
         if let Some(cloud) = &mut cloud {
             cloud.visit(chunk);
         }
@@ -192,7 +205,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     bar.finish_and_clear();
     let finished = finished.map_err(|problem| failure(&target, &problem))?;
     let solved = rows - before.unwrap_or_default();
-    let text = summary(args, &task, &finished, solved, start.elapsed().as_secs_f64());
+    let mut text = summary(args, &task, &finished, &reasons, solved, start.elapsed().as_secs_f64());
+    if let Some(report) = study.and_then(|study| study.report()) {
+        text += &crate::study::text(&report);
+    }
     if finished.counts[usize::from(Verdict::Converged.code())] > 0
         && let (Some(cloud), Some(path), Some(format)) = (cloud, &args.plot, plot)
     {
@@ -312,7 +328,14 @@ fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
     Ok(axes)
 }
 
-fn summary(args: &Args, task: &Task, finished: &Finished, solved: u64, seconds: f64) -> String {
+fn summary(
+    args: &Args,
+    task: &Task,
+    finished: &Finished,
+    reasons: &[Option<String>],
+    solved: u64,
+    seconds: f64,
+) -> String {
     let rate = solved as f64 / seconds;
     let mut text = format!(
         "{}: {} poses in {}; {solved} solved now in {seconds:.2} s, {rate:.0} per second\n",
@@ -320,9 +343,11 @@ fn summary(args: &Args, task: &Task, finished: &Finished, solved: u64, seconds: 
         task.rows(),
         args.output.display(),
     );
-    for ((verdict, count), first) in Verdict::ALL.iter().zip(finished.counts).zip(finished.first) {
+    let rows = Verdict::ALL.iter().zip(finished.counts).zip(finished.first).zip(reasons);
+    for (((verdict, count), first), reason) in rows {
         if let Some(first) = first {
-            let _ = writeln!(text, "  {:<26}{count:>10}   first in row {first}", verdict.text());
+            let reason = reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
+            let _ = writeln!(text, "  {:<26}{count:>10}   first in row {first}{reason}", verdict.text());
         }
     }
     text

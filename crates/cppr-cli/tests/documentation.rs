@@ -88,3 +88,16 @@ fn every_command_of_the_documentation_works() {
     }
     assert!(seen >= 17, "only {seen} commands found");
 }
+
+#[test]
+fn every_output_has_a_short_form() {
+    let helps = tasks().into_iter().filter(|task| !task.is_empty()).map(|task| {
+        let help = text(&cppr(&[task.as_str(), "--help"]).stdout);
+        (task, help)
+    });
+    let writers: Vec<_> = helps.filter(|(_, help)| help.contains("--output")).collect();
+    assert!(writers.len() >= 4, "{writers:?}");
+    for (task, help) in writers {
+        assert!(help.contains("-o, --output <"), "cppr {task} has no -o");
+    }
+}

@@ -137,7 +137,7 @@ fn wrong_sweeps_are_refused_with_what_to_write() {
     refused(&["--pull", "7mm"], "nothing varies");
     refused(&["--pull", "3=-7..7mm:3"], "there is no tube 3");
     refused(&["--pull", "0..1mm:2", "--tension", "0..1N:2"], "given twice");
-    refused(&["--pull", "0..1mm:1000000", "--rotate", "0..1deg:1000000"], "1.0e12 poses, 128000.0 GB");
+    refused(&["--pull", "0..1mm:1000000", "--rotate", "0..1deg:1000000"], "1.0e12 poses, 136000.0 GB");
     refused(&["--pull", "0..1mm:3", "--samples", "5"], "has no count");
     refused(&["--pull", "0..1mm", "--samples", "0"], "no pose");
     refused(&["--pull", "0..1mm:3", "--seed", "5"], "--samples");

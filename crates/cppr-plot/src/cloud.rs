@@ -71,8 +71,8 @@ pub struct CloudInput {
     pub cloud: Cloud,
     /// What the colour tells, with its unit.
     pub value: Axis,
-    /// Length of the robot (m), drawn at rest.
-    pub length: f64,
+    /// Length of the robot (m), drawn at rest; none to draw the points alone, at their own scale.
+    pub length: Option<f64>,
 }
 
 /// A cloud with its colour bar, equal axes in mm.
@@ -85,9 +85,9 @@ pub fn cloud_figure(input: &CloudInput) -> Result<Figure, PlotError> {
     if points.is_empty() {
         return Err(PlotError::Empty { what: "the cloud of points".to_owned() });
     }
-    let rest = [[0.0; 3], [1e3 * input.length, 0.0, 0.0]];
+    let rest = input.length.map(|length| [[0.0; 3], [1e3 * length, 0.0, 0.0]]);
     let mut shown: Vec<[f64; 3]> = points.iter().map(|(p, _)| *p).collect();
-    shown.extend(rest);
+    shown.extend(rest.into_iter().flatten());
     let size = shown.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
     let low = points.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let high = points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
@@ -98,12 +98,12 @@ pub fn cloud_figure(input: &CloudInput) -> Result<Figure, PlotError> {
     let mut figure = Figure { title: input.title.clone(), ..Figure::default() };
     if planar {
         let ends = space::ends(&shown, 0.05, 0.12);
-        figure.panels = vec![panel(View::Xy, &ends, &points, &rest, &bar)];
+        figure.panels = vec![panel(View::Xy, &ends, &points, rest.as_ref(), &bar)];
     } else {
         let ends = space::ends(&shown, 0.05, 0.4);
         figure.columns = 2;
         for view in [View::Xy, View::Perspective(ends), View::Xz, View::Yz] {
-            figure.panels.push(panel(view, &ends, &points, &rest, &bar));
+            figure.panels.push(panel(view, &ends, &points, rest.as_ref(), &bar));
         }
     }
     figure.bar = Some(bar);
@@ -114,7 +114,7 @@ fn panel(
     view: View,
     ends: &space::Ends,
     points: &[([f64; 3], f64)],
-    rest: &[[f64; 3]; 2],
+    rest: Option<&[[f64; 3]; 2]>,
     bar: &ColourBar,
 ) -> Panel {
     let [x, y] = view.labels();
@@ -123,12 +123,14 @@ fn panel(
     panel.framed = view.axes().is_some();
     panel.own_scale = !panel.framed;
     view.title().clone_into(&mut panel.title);
-    panel.series.push(Series {
-        name: "robot at rest".to_owned(),
-        points: rest.iter().map(|p| view.project(*p)).collect(),
-        line: Some(Stroke { colour: Colour::INK, width: 1.4, dash: Dash::DashDot }),
-        ..Series::default()
-    });
+    if let Some(rest) = rest {
+        panel.series.push(Series {
+            name: "robot at rest".to_owned(),
+            points: rest.iter().map(|p| view.project(*p)).collect(),
+            line: Some(Stroke { colour: Colour::INK, width: 1.4, dash: Dash::DashDot }),
+            ..Series::default()
+        });
+    }
     match view.axes() {
         Some([x, y]) => {
             panel.x.range = Some(ends[x]);

@@ -2,6 +2,7 @@
 
 use crate::axis::{Values, Variable};
 use crate::design::{DesignKeys, KeyProblem};
+use crate::table::{Chunk, Verdict};
 use crate::task::{MOST_POSES, Plan, Task};
 use cppr::solve::SettingsProblem;
 use std::fmt;
@@ -106,6 +107,32 @@ impl Task {
             DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(TaskProblem::Key)?;
         }
         Ok(())
+    }
+
+    /// Why a row of a chunk could not be solved: what is wrong with its design, or what its robot cannot be asked. None where the status
+    /// says all.
+    #[must_use]
+    pub fn reason(&self, chunk: &Chunk, row: usize) -> Option<String> {
+        let status = self.axes.len();
+        let verdict = Verdict::from_code(chunk.column(status)[row])?;
+        if !matches!(verdict, Verdict::InvalidDesign | Verdict::InvalidCommand) {
+            return None;
+        }
+        let of = |axis: usize| chunk.column(axis)[row];
+        let built = self.varies_design().then(|| {
+            let mut keys =
+                DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(|p| p.to_string())?;
+            let design = |axis: &usize| matches!(self.axes[*axis].variable, Variable::Design(_));
+            keys.robot(&(0..status).filter(design).map(of).collect::<Vec<_>>())
+        });
+        let robot = match &built {
+            None => &self.robot,
+            Some(Ok(robot)) => robot,
+            Some(Err(problems)) => return Some(problems.clone()),
+        };
+        let mut command = self.base.clone();
+        self.axes.iter().enumerate().for_each(|(axis, own)| own.variable.put(&mut command, of(axis)));
+        command.check(robot, &self.settings).err().map(|problem| problem.to_string())
     }
 
     pub(crate) fn design_keys(&self) -> Vec<&str> {

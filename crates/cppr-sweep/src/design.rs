@@ -5,6 +5,7 @@
 //! from 0: `tube1.notches.depth_mm.0`.
 
 use cppr::design::Robot;
+use cppr_io::Problem;
 use std::fmt;
 use toml::{Table, Value};
 
@@ -92,9 +93,13 @@ impl DesignKeys {
                 };
             }
         }
-        let file = cppr_io::robot_file::parse(&self.file.to_string()).map_err(|p| p.to_string())?;
+        let file = cppr_io::robot_file::parse(&self.file.to_string()).map_err(|problems| {
+            // Lines and excerpts would be those of a text that nobody wrote.
+            let each = |p: &Problem| format!("{}: {}. {}", p.key, p.message, p.help).trim().to_owned();
+            problems.list.0.iter().map(each).collect::<Vec<_>>().join(" ")
+        })?;
         Robot::from_design(file.design)
-            .map_err(|list| list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+            .map_err(|list| list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
     }
 }
 

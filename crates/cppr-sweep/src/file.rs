@@ -140,6 +140,10 @@ pub fn write_file(
     let mut source = Source {
         journal: &mut journal,
         columns: &columns,
+        task,
+        has_reasons: [Verdict::InvalidDesign, Verdict::InvalidCommand]
+            .iter()
+            .any(|verdict| finished.counts[usize::from(verdict.code())] > 0),
         manifest: &manifest.to_string(),
         rows: chunking.rows,
         chunks: chunking.chunks,

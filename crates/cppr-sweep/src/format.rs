@@ -6,6 +6,7 @@ mod parquet;
 
 use crate::journal::Journal;
 use crate::table::Column;
+use crate::task::Task;
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -38,6 +39,9 @@ impl Format {
 pub(crate) struct Source<'s, 'j> {
     pub journal: &'s mut Journal<'j>,
     pub columns: &'s [Column],
+    pub task: &'s Task,
+    /// Is there a row with a reason?
+    pub has_reasons: bool,
     pub manifest: &'s str,
     pub rows: u64,
     pub chunks: u64,

@@ -53,6 +53,7 @@ mod manifest;
 mod many;
 mod run;
 mod solver;
+mod study;
 mod table;
 mod task;
 
@@ -64,5 +65,6 @@ pub use format::Format;
 pub use journal::parts_of;
 pub use many::{Memory, ONE_BLOCK, Poses, solve_many};
 pub use run::run;
+pub use study::{Influence, PERCENTILES, Report, Statistics, Study};
 pub use table::{Chunk, Column, Verdict};
 pub use task::{MOST_POSES, Plan, Task};

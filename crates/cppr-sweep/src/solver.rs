@@ -5,6 +5,7 @@ use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::table::{Chunk, Verdict};
 use crate::task::{Inputs, STATE, Task};
+use cppr::analysis::Place;
 use cppr::many::{March, Solved, Start};
 use cppr::solve::Solver;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -82,6 +83,9 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
     }
     tip.centre.iter().for_each(|v| put(*v));
     quaternion(&tip.rotation).into_iter().for_each(&mut put);
+    // Between the tip and +X, by both its legs: exact near 0 and π alike.
+    let tangent = tip.tangent();
+    put(tangent.y.hypot(tangent.z).atan2(tangent.x));
     for actuator in equilibrium.actuators() {
         for quantity in STATE {
             put(actuator.get(quantity));
@@ -93,8 +97,16 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
     }
     if let Some(teeth) = task.limits {
         let used = solved.utilisation(teeth);
-        put(used.strain.unwrap_or(f64::NAN));
-        put(used.closure.unwrap_or(f64::NAN));
+        for (value, spot) in [used.strain, used.closure, used.torsion].into_iter().zip(used.places) {
+            let notch = match spot.map(|spot| spot.place) {
+                Some(Place::Notch(number)) => f64::from(number),
+                _ => f64::NAN,
+            };
+            put(value.unwrap_or(f64::NAN));
+            put(spot.map_or(f64::NAN, |spot| spot.tube as f64));
+            put(notch);
+            put(spot.map_or(f64::NAN, |spot| spot.abscissa));
+        }
     }
     put(equilibrium.statistics().iterations as f64);
 }

@@ -54,7 +54,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// The columns: inputs, status, tip, actuators, energy, margin and limits where asked for, Newton steps.
+    /// The columns: inputs, status, tip, bend, actuators, energy, margin and limits where asked for, Newton steps.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let number = |name: String| Column { name, kind: Kind::Number };
@@ -63,6 +63,7 @@ impl Task {
         columns.push(Column { name: "status".into(), kind: Kind::Status });
         let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
         columns.extend(tip.map(|name| number(name.into())));
+        columns.push(number("bend_angle_rad".into()));
         for tube in self.robot.followers() {
             let own = STATE.map(|quantity| number(format!("tube{tube}_{}", quantity.column())));
             columns.extend(own);
@@ -72,7 +73,11 @@ impl Task {
             columns.push(number("margin_to_instability".into()));
         }
         if self.limits.is_some() {
-            columns.extend(["strain_utilisation", "closure_utilisation"].map(|name| number(name.into())));
+            for limit in ["strain", "closure", "torsion"] {
+                let count = |what: &str| Column { name: format!("{limit}_{what}"), kind: Kind::Count };
+                columns.push(number(format!("{limit}_utilisation")));
+                columns.extend([count("tube"), count("notch"), number(format!("{limit}_x_m"))]);
+            }
         }
         columns.push(Column { name: "newton_steps".into(), kind: Kind::Count });
         columns

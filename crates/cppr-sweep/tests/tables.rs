@@ -2,14 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::analysis::{Perturbed, Teeth};
+use cppr::analysis::{Perturbed, Place, SectionLimit, Teeth};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Freedom, Input, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
-    Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Task, TaskProblem, Values,
-    Variable, Verdict, parts_of, run, write_file,
+    Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Study, Task, TaskProblem,
+    Values, Variable, Verdict, parts_of, run, write_file,
 };
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -228,7 +228,8 @@ fn both_formats_hold_the_same_numbers() {
     assert_eq!(table.len() as u64, task.rows());
     let npz = written(&task, "a.npz", 2);
     let mut zip = zip::ZipArchive::new(std::io::Cursor::new(npz)).unwrap();
-    for (c, name) in names.iter().enumerate().filter(|(_, name)| **name != "status_text") {
+    let is_text = |name: &str| matches!(name, "status_text" | "reason");
+    for (c, name) in names.iter().enumerate().filter(|(_, name)| !is_text(name)) {
         let array = npyz::NpyFile::new(zip.by_name(&format!("{name}.npy")).unwrap()).unwrap();
         assert_eq!(array.shape(), [task.rows()]);
         let values: Vec<f64> = match *name {
@@ -240,6 +241,8 @@ fn both_formats_hold_the_same_numbers() {
             assert_eq!(row[c].parse::<f64>().unwrap().to_bits(), value.to_bits(), "{name}");
         }
     }
+    let reasons = npyz::NpyFile::new(zip.by_name("reasons.npy").unwrap()).unwrap();
+    assert_eq!(reasons.into_vec::<u8>().unwrap(), b"{}");
     let array = npyz::NpyFile::new(zip.by_name("metadata.npy").unwrap()).unwrap();
     let same: serde_json::Value = serde_json::from_slice(&array.into_vec::<u8>().unwrap()).unwrap();
     assert_eq!(same, metadata);
@@ -264,7 +267,21 @@ fn failures_are_rows() {
     assert_eq!(status(&table[0]), Verdict::Converged);
     assert_eq!(status(&table[2]), Verdict::InvalidDesign);
     let csv = String::from_utf8(written(&deep, "a.csv", 1)).unwrap();
-    assert!(csv.lines().last().unwrap().starts_with("7.0,4,invalid_design,NaN,"), "{csv}");
+    let last = csv.lines().last().unwrap();
+    assert!(last.starts_with("7.0,4,invalid_design,NaN,"), "{csv}");
+    // With what is wrong, and what to do.
+    let deeper =
+        "tube 1, notches.depth_mm: 7.0 mm is deeper than the tube is wide (6.0 mm). Write a depth below 6.0,";
+    assert!(last.contains(&format!(",\"{deeper}")) && last.ends_with('"'), "{last}");
+    let good = csv.lines().nth(2).unwrap();
+    assert!(good.starts_with("5.0,0,converged,") && good.ends_with(','), "{good}");
+    let csv = String::from_utf8(written(&far, "a.csv", 1)).unwrap();
+    assert!(csv.lines().last().unwrap().contains("\"tube 2"), "{csv}");
+    let mut zip = zip::ZipArchive::new(std::io::Cursor::new(written(&deep, "a.npz", 1))).unwrap();
+    let reasons = npyz::NpyFile::new(zip.by_name("reasons.npy").unwrap()).unwrap().into_vec::<u8>().unwrap();
+    let reasons: serde_json::Value = serde_json::from_slice(&reasons).unwrap();
+    assert_eq!(reasons.as_object().unwrap().len(), 2);
+    assert!(reasons["2"].as_str().unwrap().starts_with(deeper), "{reasons}");
 }
 
 /// Several row groups; read again by another program in `crates/cppr-py/tests/test_analysis.py`.
@@ -285,13 +302,18 @@ fn parquet_holds_the_cells_of_the_csv_and_nulls() {
     let mut lines = csv.lines();
     assert_eq!(lines.next().unwrap(), format!("# {description}"));
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let mut nulls = 0;
+    let (mut nulls, mut reasons) = (0, 0);
     let mut rows = reader.get_row_iter(None).unwrap();
     for line in lines {
         let row = rows.next().unwrap().unwrap();
         for ((cell, name), (own, field)) in line.split(',').zip(&names).zip(row.get_column_iter()) {
             assert_eq!(name, own);
             match field {
+                Field::Null if name == &"reason" => assert_eq!(cell, "", "{name}"),
+                Field::Str(value) if name == &"reason" => {
+                    reasons += 1;
+                    assert!(line.ends_with(&format!(",\"{value}\"")) && value.contains("tube 2"), "{line}");
+                }
                 Field::Null => {
                     nulls += 1;
                     assert_eq!(cell, "NaN", "{name}");
@@ -305,7 +327,70 @@ fn parquet_holds_the_cells_of_the_csv_and_nulls() {
             }
         }
     }
-    assert!(rows.next().is_none() && nulls > 10_000, "{nulls}");
+    assert!(rows.next().is_none() && nulls > 10_000 && reasons > 1000, "{nulls} {reasons}");
+}
+
+/// Small tolerances act linearly: what the study says of them is what the derivatives say.
+#[test]
+fn a_study_of_tolerances_agrees_with_the_derivatives() {
+    let keys = [
+        ("tube1.notches.depth_mm", 5.0, 2e-3),
+        ("tube2.notches.depth_mm", 2.0, 1e-3),
+        ("length_mm", 150.0, 1e-2),
+    ];
+    let axes = keys.map(|(key, mean, deviation)| Axis {
+        variable: Variable::Design(key.into()),
+        values: Values::Normal { mean, deviation },
+    });
+    let mut task = task("r1.toml", axes.to_vec());
+    task.plan = Plan::Samples { count: 200, seed: 1 };
+    task.base.actuators[0].push_pull = Drive::Motion(4e-3);
+    let mut study = Study::new(&task);
+    let flow = run(&task, 2, 0..task.chunks(), &AtomicBool::new(false), |chunk: Chunk| {
+        study.visit(&chunk);
+        ControlFlow::<()>::Continue(())
+    });
+    assert!(flow.unwrap().is_continue());
+    let report = study.report().unwrap();
+    assert_eq!(report.count, 200);
+    let mut moves: Vec<(String, f64)> = keys
+        .iter()
+        .map(|(key, mean, deviation)| {
+            let tip = |by: f64| {
+                let robot = DesignKeys::new(&task.robot_text, &[key]).unwrap().robot(&[mean + by]).unwrap();
+                let mut solver = Solver::with_settings(&robot, task.settings).unwrap();
+                let found = solver.solve(&task.base).unwrap();
+                solver.tip(&found).centre
+            };
+            (format!("input_{key}"), 0.5 * (tip(*deviation) - tip(-deviation)).norm())
+        })
+        .collect();
+    moves.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let total: f64 = moves.iter().map(|(_, moved)| moved * moved).sum();
+    for (own, (name, moved)) in report.inputs.iter().zip(&moves) {
+        assert_eq!(&own.name, name);
+        // The deviation of 200 samples is known to a few per cent.
+        assert!((own.tip / moved - 1.0).abs() < 0.05, "{own:?} {moved}");
+        assert!((own.share - moved * moved / total).abs() < 0.05, "{own:?}");
+    }
+    assert_eq!(report.inputs.len(), 3);
+    assert!(report.linear > 0.999 && report.linear < 1.0 + 1e-9, "{}", report.linear);
+    let y = report.outputs.iter().find(|o| o.name == "tip_y_m").unwrap();
+    let [low, middle, high] = y.percentiles;
+    // Normal: the 95th percentile is 1.645 deviations from the median.
+    for side in [middle - low, high - middle] {
+        assert!((side / y.deviation / 1.645 - 1.0).abs() < 0.1, "{y:?}");
+    }
+    assert!((y.mean - middle).abs() < 0.1 * y.deviation && y.range[0] < low && y.range[1] > high);
+    // What does not vary is not told, and two poses do not tell which input matters.
+    assert!(report.outputs.iter().all(|o| o.name != "tube2_pull_m"));
+    task.plan = Plan::Samples { count: 2, seed: 1 };
+    let mut few = Study::new(&task);
+    let _ = run(&task, 1, 0..task.chunks(), &AtomicBool::new(false), |chunk: Chunk| {
+        few.visit(&chunk);
+        ControlFlow::<()>::Continue(())
+    });
+    assert!(few.report().unwrap().inputs.is_empty());
 }
 
 #[test]
@@ -343,6 +428,25 @@ fn limits_are_the_greatest_of_all_notches() {
         for (value, wanted) in [(at("strain_utilisation"), strain), (at("closure_utilisation"), closure)] {
             assert!(wanted > 1e-3 && (value - wanted).abs() < 1e-8, "{value} instead of {wanted}: {row:?}");
         }
+        // And where: the notch that the numbers name has that strain, closure or shear.
+        for limit in ["strain", "closure", "torsion"] {
+            let [tube, notch, x] = ["tube", "notch", "x_m"].map(|what| at(&format!("{limit}_{what}")));
+            let there = |s: &&SectionLimit| {
+                let Place::Notch(number) = s.place else { return false };
+                (s.tube as f64 - tube).abs() < 0.5 && (f64::from(number) - notch).abs() < 0.5
+            };
+            let own =
+                sections.iter().find(there).unwrap_or_else(|| panic!("no notch {notch} of tube {tube}"));
+            let used = match limit {
+                "strain" => own.strain_utilisation(),
+                "closure" => own.closure,
+                _ => own.torsion_utilisation(),
+            };
+            let value = at(&format!("{limit}_utilisation"));
+            assert!((used.unwrap() - value).abs() < 1e-8 && (own.abscissa - x).abs() < 1e-12, "{row:?}");
+        }
+        let bend = solver.tip(&found).tangent().x.acos();
+        assert!((at("bend_angle_rad") - bend).abs() < 1e-7, "{bend}: {row:?}");
     }
     // Without an allowable strain there is none to compare with.
     let text = task.robot_text.replace("allowable_strain_percent = 1.5", "");
@@ -465,7 +569,7 @@ fn wrong_tasks_are_refused() {
     assert!(matches!(refused(with(vec![normal])), TaskProblem::NotSampled(_)));
     let turn = range(motion(2, Freedom::Rotation), 0.0, 1.0, 1_000_000);
     let many = refused(with(vec![pull(0.0, 1e-3, 1_000_000), turn])).to_string();
-    assert!(many.contains("1.0e12 poses, 128000.0 GB"), "{many}");
+    assert!(many.contains("1.0e12 poses, 136000.0 GB"), "{many}");
     let key = |key: &str| match refused(with(vec![range(Variable::Design(key.into()), 1.0, 2.0, 2)])) {
         TaskProblem::Key(problem) => problem,
         other => panic!("{other}"),

@@ -2,6 +2,7 @@
 
 use super::Source;
 use crate::table::{Chunk, Column, Kind, Verdict};
+use crate::task::Task;
 use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -19,6 +20,7 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
             let text = (column.kind == Kind::Status).then_some("status_text");
             std::iter::once(column.name.as_str()).chain(text)
         })
+        .chain(["reason"])
         .collect();
     writeln!(out, "{}", names.join(","))?;
     let mut next = 0;
@@ -27,7 +29,8 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
         next = batch.end;
         let chunks: Vec<Chunk> =
             batch.filter_map(|c| source.journal.read(c).transpose()).collect::<io::Result<_>>()?;
-        let texts: Vec<Vec<u8>> = chunks.par_iter().map(|chunk| lines(chunk, source.columns)).collect();
+        let (task, columns) = (source.task, source.columns);
+        let texts: Vec<Vec<u8>> = chunks.par_iter().map(|chunk| lines(chunk, task, columns)).collect();
         for text in texts {
             out.write_all(&text)?;
         }
@@ -35,7 +38,7 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
     out.into_inner().map_err(io::IntoInnerError::into_error)
 }
 
-fn lines(chunk: &Chunk, columns: &[Column]) -> Vec<u8> {
+fn lines(chunk: &Chunk, task: &Task, columns: &[Column]) -> Vec<u8> {
     let mut text = Vec::with_capacity(chunk.rows * columns.len() * 20);
     let mut number = zmij::Buffer::new();
     for row in 0..chunk.rows {
@@ -55,6 +58,10 @@ fn lines(chunk: &Chunk, columns: &[Column]) -> Vec<u8> {
                     text.extend_from_slice(word.as_bytes());
                 }
             }
+        }
+        text.push(b',');
+        if let Some(reason) = task.reason(chunk, row) {
+            text.extend_from_slice(format!("\"{}\"", reason.replace('"', "\"\"")).as_bytes());
         }
         text.push(b'\n');
     }

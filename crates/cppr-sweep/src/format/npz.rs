@@ -29,11 +29,37 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
             Kind::Count => put(source, &mut zip, index, |v| v as i32)?,
         }
     }
+    zip.start_file("reasons.npy", options)?;
+    let mut length = 0;
+    reasons(source, |bytes| {
+        length += bytes.len() as u64;
+        Ok(())
+    })?;
+    let mut array = begin::<u8>(&mut zip, length)?;
+    reasons(source, |bytes| array.extend(bytes.iter().copied()))?;
+    array.finish()?;
     zip.start_file("metadata.npy", options)?;
     let mut array = begin(&mut zip, source.manifest.len() as u64)?;
     array.extend(source.manifest.bytes())?;
     array.finish()?;
     zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)
+}
+
+/// The bytes of a JSON object: row, counted from 0, and its reason. Text has no array of its own that grows with its longest entry only.
+fn reasons(source: &mut Source, mut put: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+    put(b"{")?;
+    let mut first = true;
+    for number in 0..if source.has_reasons { source.chunks } else { 0 } {
+        let Some(chunk) = source.journal.read(number)? else { continue };
+        for row in 0..chunk.rows {
+            if let Some(reason) = source.task.reason(&chunk, row) {
+                let comma = if std::mem::take(&mut first) { "" } else { "," };
+                let reason = serde_json::Value::String(reason);
+                put(format!("{comma}\"{}\":{reason}", chunk.first_row + row as u64).as_bytes())?;
+            }
+        }
+    }
+    put(b"}")
 }
 
 fn begin<T: AutoSerialize>(zip: &mut Zip, count: u64) -> io::Result<npyz::NpyWriter<T, &mut Zip>> {

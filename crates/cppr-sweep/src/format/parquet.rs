@@ -2,6 +2,7 @@
 
 use super::Source;
 use crate::table::{Chunk, Column, Kind, Verdict};
+use crate::task::Task;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
 use parquet::errors::ParquetError;
@@ -22,6 +23,7 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false)
         .set_column_dictionary_enabled("status_text".into(), true)
+        .set_column_dictionary_enabled("reason".into(), true)
         .set_key_value_metadata(Some(vec![KeyValue::new("cppr".into(), Some(source.manifest.into()))]))
         .set_created_by(format!("cppr {}", env!("CARGO_PKG_VERSION")))
         .build();
@@ -32,7 +34,7 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
     for number in 0..source.chunks {
         group.extend(source.journal.read(number)?);
         if number + 1 == source.chunks || group.iter().map(|chunk| chunk.rows).sum::<usize>() >= GROUP {
-            put(&mut writer, source.columns, &group).map_err(io::Error::other)?;
+            put(&mut writer, source.task, source.columns, &group).map_err(io::Error::other)?;
             group.clear();
         }
     }
@@ -40,6 +42,12 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
 }
 
 fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
+    let text = |name, repetition| {
+        let text = Type::primitive_type_builder(name, Physical::BYTE_ARRAY)
+            .with_repetition(repetition)
+            .with_logical_type(Some(LogicalType::String));
+        text.build().map(Arc::new)
+    };
     let mut fields = Vec::new();
     for Column { name, kind } in columns {
         let (physical, repetition) = match kind {
@@ -50,17 +58,16 @@ fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
         let field = Type::primitive_type_builder(name, physical).with_repetition(repetition);
         fields.push(Arc::new(field.build()?));
         if *kind == Kind::Status {
-            let text = Type::primitive_type_builder("status_text", Physical::BYTE_ARRAY)
-                .with_repetition(Repetition::REQUIRED)
-                .with_logical_type(Some(LogicalType::String));
-            fields.push(Arc::new(text.build()?));
+            fields.push(text("status_text", Repetition::REQUIRED)?);
         }
     }
+    fields.push(text("reason", Repetition::OPTIONAL)?);
     Type::group_type_builder("sweep").with_fields(fields).build()
 }
 
 fn put(
     writer: &mut SerializedFileWriter<File>,
+    task: &Task,
     columns: &[Column],
     group: &[Chunk],
 ) -> Result<(), ParquetError> {
@@ -90,6 +97,15 @@ fn put(
             out.close()?;
         }
     }
+    let reasons_of =
+        |chunk: &Chunk| -> Vec<_> { (0..chunk.rows).map(|row| task.reason(chunk, row)).collect() };
+    let reasons: Vec<Option<String>> = group.iter().flat_map(reasons_of).collect();
+    let levels: Vec<i16> = reasons.iter().map(|reason| i16::from(reason.is_some())).collect();
+    let there: Vec<ByteArray> =
+        reasons.into_iter().flatten().map(|reason| reason.into_bytes().into()).collect();
+    let mut out = rows.next_column()?.ok_or_else(missing)?;
+    out.typed::<ByteArrayType>().write_batch(&there, Some(&levels), None)?;
+    out.close()?;
     rows.close()?;
     Ok(())
 }
