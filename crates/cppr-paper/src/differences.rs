@@ -197,7 +197,7 @@ fn stretch(page: &mut Page) -> Result<(), PaperError> {
 }
 
 fn misprints(page: &mut Page) {
-    const LIST: [[&str; 3]; 14] = [
+    const LIST: [[&str; 3]; 18] = [
         ["eq 5", "G = E(1+ν)/2", "G = E/(2(1+ν))"],
         ["eq 45–48, 64, 90, 91", "variation at fixed X_1", "transport term missing"],
         ["eq 56", "Ad^T of g_21 on ξ_1", "Ad of g_21, as in eq 35"],
@@ -210,7 +210,19 @@ fn misprints(page: &mut Page) {
         ["eq 96", "r_1 + (ρ̄_1 ∓ D_1) b_Y", "the right side needs −(ρ̄_1 + D_1)"],
         ["App. B", "|Y| > α; 0/0 at γ = ρ + ρ̄", "Y > α; disks clipped one by one"],
         ["§2.4.4", "convergent: depth increases", "decreases (Figure 6, Table 1)"],
+        [
+            "§2.2 and §4.1",
+            "k the length of the teeth, c of the notches; then k of the notches, c between them",
+            "notches and teeth are 5 mm both, so that nothing follows from it",
+        ],
+        ["§4.5 and §4.6", "\"14\" and \"11 values\" 0, ±1 … ±7 and ±11", "15 and 23 values"],
         ["§4.8", "9.87 m/s²", "9.81 m/s²"],
+        [
+            "§4.8",
+            "the weight of 50 g as +N along e_Z",
+            "along −e_Z; +e_Z mirrors every shape in the X–Y plane",
+        ],
+        ["Figure 19", "\"the 3-tube CPPR\"", "the two tubes of §4.8, as in Figure 18"],
         ["§4.9", "GA in N cm²", "N"],
     ];
     let rows = LIST.iter().map(|row| row.iter().map(|c| (*c).to_owned()).collect()).collect();

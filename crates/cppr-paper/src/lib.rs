@@ -4,6 +4,7 @@
 //! Each page has a scenario file under `paper/` in the repository, which is part of the program. [`pages`] lists
 //! them, [`Job::run`] computes one, [`html`] makes the report of all.
 
+mod assumptions;
 mod bench;
 mod differences;
 mod html;
@@ -71,6 +72,7 @@ pub fn pages() -> Vec<Job> {
     vec![
         job!("table1", tables::table1),
         job!("figure07", tables::sections),
+        job!("assumptions", assumptions::assumptions),
         job!("figure12", planar::free),
         job!("figure13", planar::free),
         job!("figure14", planar::free),

@@ -11,6 +11,9 @@ use cppr::design::{Robot, TubeDesign};
 use cppr::statics::{Loads, Thread};
 use cppr_plot::{Axis, Colouring, Force, Pose, XyCurve, XyInput, xy_figure};
 
+/// Tips that are nearer than this to one with a label go without.
+const LABEL_MM: f64 = 7.0;
+
 fn signed(mm: f64) -> String {
     if mm > 0.0 { format!("+{mm}") } else { cell(mm, usize::from(mm.fract() != 0.0) * 2) }
 }
@@ -23,6 +26,7 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         let length = robot.length() * 1e3;
         let (mut rows, mut poses, mut printed_poses, mut apart) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut labelled = [const { Vec::new() }; 2];
         let (mut rule, mut worst_gap, mut bend) = ([1.0_f64; 2], 0.0_f64, 0.0);
         for &pull in &scenario.pulls_mm {
             let ours = solved(&robot, &actuated(pull, 0.0), &consistent())?;
@@ -64,8 +68,14 @@ pub fn free(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             // Every other pose keeps the figure legible where there are many.
             let odd = (pull % 2.0).abs() > 0.5;
             if scenario.pulls_mm.len() < 20 || odd || pull.abs() < 0.5 {
-                poses.push(ours.pose(signed(pull)));
-                printed_poses.push(theirs.pose(signed(pull)));
+                let both = [&mut poses, &mut printed_poses].into_iter().zip([&ours, &theirs]);
+                for ((poses, state), labelled) in both.zip(&mut labelled) {
+                    // A label needs its own height beside the one before it.
+                    let tip = state.tip_mm();
+                    let free = labelled.iter().all(|other| distance(tip, *other) > LABEL_MM);
+                    poses.push(state.pose(if free { signed(pull) } else { String::new() }));
+                    labelled.extend(free.then_some(tip));
+                }
             }
         }
         let title = robot.design().name.clone();

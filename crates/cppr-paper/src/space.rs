@@ -1,8 +1,8 @@
 //! Figures 18 to 24: out of the plane.
 
 use crate::bench::{
-    PAPER_SPACE, actuated, build, centreline, consistent, design, distance, family, printed_space, robot,
-    solved,
+    PAPER_SPACE, actuated, build, centreline, consistent, design, distance, family, lines, printed_space,
+    robot, solved,
 };
 use crate::page::{Page, cell};
 use crate::{PaperError, Scenario};
@@ -10,7 +10,10 @@ use cppr::Vector3;
 use cppr::design::{BelowPlate, Profile, Robot, Torsion, TubeDesign};
 use cppr::solve::{Command, Settings};
 use cppr::statics::{Loads, RotationMeans};
-use cppr_plot::{Axis, Colouring, Pose, XyCurve, XyInput, xy_figure};
+use cppr_plot::{
+    Annotation, Axis, Colour, Colouring, Dash, Figure, Pose, ShapeInput, Stroke, XyCurve, XyInput,
+    shape_figure, xy_figure,
+};
 
 /// Two tubes under a sideways weight.
 pub fn sideways(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
@@ -184,7 +187,7 @@ fn torsions(name: &str) -> Result<Vec<(String, [f64; 2])>, PaperError> {
 /// Rotation only.
 pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
     let name = &scenario.robots[0];
-    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    let (mut rows, mut curves, mut arrows) = (Vec::new(), Vec::new(), Vec::new());
     for (which, stiffness) in torsions(name)? {
         let robot = twisted(name, Some(stiffness))?;
         let ratio = stiffness[0] / stiffness[1];
@@ -210,6 +213,7 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
             }
             points.push([turn, angle]);
         }
+        arrows.push((which.clone(), points.clone()));
         curves.push(XyCurve { marked: true, ..XyCurve::new(which, points) });
     }
     let input = XyInput {
@@ -227,6 +231,12 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         "Turn of the tip, and what the share GJ_2/(GJ_1 + GJ_2) alone would give (the tubes' helices shorten, which couples in a little bending stiffness).",
         &["torsion", "GJ_1/GJ_2", "Ω (deg)", "tip (deg)", "share (deg)", "Υ (N mm)", "tip x (mm)"],
         rows,
+    );
+    page.figure(
+        "tip-vectors",
+        "Figure 23: where the tip's axis b_Y points, seen along the robot, the follower turned by −180°, −90°, 0, 90° and 180°. The arrows of a reading \
+         have a length of their own, to be told apart.",
+        tip_vectors(&arrows)?,
     );
     let robot = twisted(name, None)?;
     let half = solved(&robot, &actuated(0.0, 180.0), &consistent())?;
@@ -252,6 +262,49 @@ pub fn rotation(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     }
     page.figure("shape", "Centroid lines wind around the axis; Saint-Venant torsion.", figure);
     Ok(())
+}
+
+/// Arrows from the axis to where the tip's b_Y points, for readings of the torsional stiffness and (turn, turn of the tip) in degrees.
+fn tip_vectors(readings: &[(String, Vec<[f64; 2]>)]) -> Result<Figure, PaperError> {
+    let curves = readings.iter().zip(0_u8..).map(|((name, turns), index)| {
+        let length = 1.0 - 0.17 * f64::from(index);
+        let ends = turns.iter().map(|[_, tip]| tip.to_radians().sin_cos());
+        let points = ends.map(|(sin, cos)| [length * cos, length * sin]).collect();
+        XyCurve { scattered: true, ..XyCurve::new(name.clone(), points) }
+    });
+    let input = XyInput {
+        title: "R1, rotation only: b_{Y} of the tip".into(),
+        x: Axis::new("Y", "-"),
+        y: Axis::new("Z", "-"),
+        curves: curves.collect(),
+    };
+    let mut figure = xy_figure(&input)?;
+    for panel in &mut figure.panels {
+        panel.equal = true;
+        for series in &panel.series {
+            let Some(marker) = &series.marker else { continue };
+            let stroke = Stroke { colour: marker.colour, width: 1.2, dash: Dash::Solid };
+            panel.annotations.extend(series.points.iter().map(|to| Annotation::Arrow {
+                name: String::new(),
+                from: [0.0; 2],
+                to: *to,
+                stroke,
+            }));
+        }
+        // The first reading is the longest: its arrows carry the turns.
+        for [turn, tip] in readings.first().map_or(&[][..], |(_, turns)| turns) {
+            let (sin, cos) = tip.to_radians().sin_cos();
+            panel.annotations.push(Annotation::Text {
+                at: [cos, sin],
+                text: format!("{}°", cell(*turn, 0)),
+                towards: [cos, sin],
+                size: 10.0,
+                colour: Colour::INK,
+                avoid: false,
+            });
+        }
+    }
+    Ok(figure)
 }
 
 /// Helicoid with the angle or the motor held.
@@ -310,6 +363,7 @@ pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
     page.number("saint_venant_ratio", own[0].1[0] / own[0].1[1]);
     for (which, stiffness) in own.into_iter().take(3) {
         let robot = twisted(name, Some(stiffness))?;
+        let rest = lines(&solved(&robot, &actuated(0.0, 0.0), &consistent())?.shape, true);
         let mut poses = Vec::new();
         for &pull in &scenario.pulls_mm {
             for &turn in &scenario.rotations_deg {
@@ -339,8 +393,16 @@ pub fn combined(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> 
         let file: String = which.chars().filter(char::is_ascii_alphanumeric).collect();
         page.figure(
             &file.to_lowercase(),
-            format!("R1 at ±3 mm, follower turned by −90°, 0, 90°: {which}."),
-            family(format!("R1, {which}, consistent"), poses, "Δa (mm), Ω", Colouring::Alternate)?,
+            format!("R1 at ±3 mm, follower turned by −90°, 0, 90°: {which}; in grey at rest."),
+            shape_figure(&ShapeInput {
+                title: format!("R1, {which}, consistent"),
+                poses,
+                label_name: "Δa (mm), Ω".into(),
+                colouring: Colouring::Alternate,
+                rest,
+                rest_name: "at rest".into(),
+                ..ShapeInput::default()
+            })?,
         );
     }
     page.table(

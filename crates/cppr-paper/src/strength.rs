@@ -52,12 +52,20 @@ pub fn euler(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
         for (which, curve) in
             [("consistent", &forces[forces.len() - 2]), ("as printed", &forces[forces.len() - 1])]
         {
+            let largest = curve.points.iter().map(|p| p[1].abs()).fold(0.0, f64::max);
+            page.number(format!("{name}/{which}/largest_N"), largest);
             for (side, sign) in [("pulled", 1.0), ("pushed", -1.0)] {
                 let reached = crossing(&curve.points, sign * critical);
                 if let Some(at) = reached {
                     page.number(format!("{name}/{which}/{side}/euler_at_mm"), at);
                 }
-                let at = reached.map_or("not within the range".into(), |at| cell(at, 1));
+                let own = curve.points.iter().filter(|p| sign * p[0] > 0.0);
+                let [reach, force] = own
+                    .fold([0.0_f64; 2], |[reach, force], p| [reach.max(p[0].abs()), force.max(p[1].abs())]);
+                let at = reached.map_or_else(
+                    || format!("not up to {}: {} N at most", cell(sign * reach, 0), cell(force, 2)),
+                    |at| cell(at, 1),
+                );
                 crossings.push(vec![title.clone(), which.into(), side.into(), cell(critical, 3), at]);
             }
         }
