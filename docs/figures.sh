@@ -7,11 +7,16 @@ figures=docs/src/figures
 cppr solve robots/r3.toml --pull 5mm --plot $figures/r3.svg
 cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N --plot $figures/childs3.svg
 cppr section robots/r3.toml --plot $figures/sections.svg
+cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
+cppr limits examples/mine.toml --pull 1mm --plot $figures/mine-limits.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 cppr continue robots/r3.toml --along load --to 2.5 --pull -5mm --tip-force -1,0,0N --branches --plot $figures/continuation.svg
 cppr match robots/r3.toml --points examples/shapes/r3.csv --plot $figures/match.svg
 report=$(mktemp -d)
 cppr sweep robots/r1.toml --pull -7..7mm:41 --rotate -180..180deg:91 --output "$report/workspace.csv" --plot $figures/workspace.svg
+cppr sweep examples/mine.toml --pull 1mm --vary 'tube1.notches.depth_mm=normal(1.40,0.01)' --vary 'tube2.notches.depth_mm=normal(1.15,0.01)' \
+    --vary 'tube1.inner_diameter_mm=normal(1.80,0.005)' --vary 'tube2.inner_diameter_mm=normal(1.50,0.005)' \
+    --vary 'length_mm=normal(60,0.1)' --samples 400 --limits --output "$report/tolerance.csv" --plot $figures/tolerance.svg
 cppr paper --output "$report/report"
 for name in figure14-r4-consistent figure14-r4-printed figure20-star figure25 differences-factors differences-stiffness; do
     cp "$report/report/$name.svg" $figures/
@@ -25,5 +30,8 @@ cppr export robots/r1.toml --tube 2 --output "$files/2.stl"
 cppr export robots/r1.toml --pull 5mm --output "$files/bent.glb"
 .venv/bin/python crates/cppr-mesh/picture.py "$files/1.stl" "$files/2.stl" "$files/bent.glb" $figures/export.png
 rm -r "$files"
+# The loop at 1 kHz, with the Python package that crates/cppr-py/test.sh installs.
+(cd "$(mktemp -d)" && ln -s "$OLDPWD/robots" . && "$OLDPWD/.venv/bin/python" "$OLDPWD/examples/python/control_loop.py" &&
+    cp control_loop.png "$OLDPWD/$figures/control-loop.png")
 # The live view in a browser, which crates/cppr-viewer/test.sh sets up.
 node crates/cppr-viewer/web/picture.js $figures/viewer.png

@@ -14,7 +14,7 @@ from conftest import ROOT
 
 import cppr
 
-PAGES = ["README.md", "docs/src/python.md"]
+PAGES = ["README.md", "docs/src/python.md", "docs/src/own-robot.md", "docs/src/control-loop.md"]
 
 
 def blocks(page: str) -> list[str]:
