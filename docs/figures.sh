@@ -8,7 +8,6 @@ cppr solve robots/r3.toml --pull 5mm --plot $figures/r3.svg
 cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N --plot $figures/childs3.svg
 cppr section robots/r3.toml --plot $figures/sections.svg
 cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
-cppr limits examples/mine.toml --pull 1mm --plot $figures/mine-limits.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 cppr continue robots/r3.toml --along load --to 2.5 --pull -5mm --tip-force -1,0,0N --branches --plot $figures/continuation.svg
 cppr match robots/r3.toml --points examples/shapes/r3.csv --plot $figures/match.svg

@@ -285,7 +285,7 @@ fn a_design_survives_its_text() {
         let text = robot_text::write(&design).unwrap();
         let again = parsed(&text).design;
         assert_eq!((&again.name, again.length.to_bits()), (&design.name, design.length.to_bits()), "{text}");
-        let (one, other) = (Robot::new(design).unwrap(), Robot::new(again).unwrap());
+        let (one, other) = (Robot::from_design(design).unwrap(), Robot::from_design(again).unwrap());
         for tube in 0..one.tube_count() {
             for i in 0..=20 {
                 let x = one.length() * f64::from(i) / 20.0;

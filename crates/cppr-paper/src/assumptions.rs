@@ -119,7 +119,7 @@ fn step(scenario: &Scenario, page: &mut Page) -> Result<(), PaperError> {
             let moved = distance(uncut.tip_mm(), other.tip_mm()) / plain.length() * 0.1;
             if moved > most.0 {
                 let tension = (other.tension() / uncut.tension() - 1.0) * 100.0;
-                let steps = [&uncut, &other].map(|state| state.found.statistics.iterations);
+                let steps = [&uncut, &other].map(|state| state.found.statistics().iterations);
                 most = (moved, tension, pull, steps);
             }
         }

@@ -4,7 +4,7 @@ use crate::axis::{Values, Variable};
 use crate::design::{DesignKeys, KeyProblem};
 use crate::table::{Chunk, Verdict};
 use crate::task::{MOST_POSES, Plan, Task};
-use cppr::solve::SettingsProblem;
+use cppr::solve::{SettingsProblem, Solver};
 use std::fmt;
 
 /// What is wrong with a task. `axis` is the name of its column.
@@ -132,7 +132,10 @@ impl Task {
         };
         let mut command = self.base.clone();
         self.axes.iter().enumerate().for_each(|(axis, own)| own.variable.put(&mut command, of(axis)));
-        command.check(robot, &self.settings).err().map(|problem| problem.to_string())
+        match Solver::with_settings(robot, self.settings) {
+            Ok(solver) => solver.check(&command).err().map(|problem| problem.to_string()),
+            Err(problem) => Some(problem.to_string()),
+        }
     }
 
     pub(crate) fn design_keys(&self) -> Vec<&str> {

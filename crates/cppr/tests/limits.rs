@@ -193,19 +193,18 @@ fn the_range_of_a_uniform_robot_ends_where_the_closed_form_says() {
 #[test]
 fn twist_shears_the_notches_and_ends_the_range_of_a_rotation() {
     let robot = printed("R1", 1.27, BelowPlate::Continued);
-    let mut workspace = Workspace::new();
-    let settings = Settings::default();
+    let mut solver = Solver::new(&robot);
     let mut turned = Command::held(&robot);
     turned.actuators[0].rotation = Drive::Motion(0.5);
-    let found = converged(&robot, &mut workspace, &turned, &settings);
+    let found = converged(&robot, &turned, &Settings::default());
     let k = (std::f64::consts::PI / (4.0 * section(3.0, 2.0, 5.0).area)).powi(2);
     let arm = 1e-3 * (1.0 + 0.15 * k) / (1.0 + k);
     assert!((arm - 0.9487e-3).abs() < 1e-7, "{arm}");
-    let shape = Shape::sampled(&robot, &mut workspace, &found, 11);
+    let shape = solver.shape(&found, 11);
     let middle = &shape.sections[5].tubes;
     for teeth in [Teeth::Rigid, Teeth::Bending] {
         let share = if teeth == Teeth::Rigid { PITCH / NOTCH } else { 1.0 };
-        let sections = section_limits(&robot, &mut workspace, &found, teeth);
+        let sections = solver.section_limits(&found, teeth);
         for (tube, own) in middle.iter().enumerate() {
             let section = sections.iter().find(|s| s.tube == tube + 1 && s.place == Place::Notch(8)).unwrap();
             let arm = if tube == 0 { arm } else { section.shear / own.strain.x / share };
@@ -218,8 +217,7 @@ fn twist_shears_the_notches_and_ends_the_range_of_a_rotation() {
         }
     }
     // The twist is uniform: all of the range's ends lie where the more twisted tube's shear is what is allowed.
-    let ranges =
-        safe_ranges(&robot, &mut workspace, &Command::held(&robot), &settings, Teeth::Rigid).unwrap();
+    let ranges = solver.safe_ranges(&Command::held(&robot), Teeth::Rigid).unwrap();
     for end in [ranges[1].low, ranges[1].high] {
         let Bound::Limit(nearest) = end.bound else { panic!("{end:?}") };
         assert_eq!(nearest.limit, Limit::Torsion);
@@ -229,7 +227,7 @@ fn twist_shears_the_notches_and_ends_the_range_of_a_rotation() {
     }
     // Without an allowable strain nothing limits it.
     let free = prototype("R1", 1.27, BelowPlate::Continued);
-    let open = safe_ranges(&free, &mut workspace, &Command::held(&free), &settings, Teeth::Rigid).unwrap();
+    let open = Solver::new(&free).safe_ranges(&Command::held(&free), Teeth::Rigid).unwrap();
     assert!(open[1].high.bound == Bound::Open && (open[1].high.value - std::f64::consts::TAU).abs() < 1e-12);
 }
 

@@ -15,7 +15,9 @@ mod strains;
 pub use bend::total_bend;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
-pub use limits::{Governing, Limit, Place, SectionLimit, Spot, Teeth, Utilisation, first_greatest, governing};
+pub use limits::{
+    Governing, Limit, Place, SectionLimit, Spot, Teeth, Utilisation, first_greatest, governing,
+};
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange};
 pub use sensitivity::{NoDerivatives, Perturbed, Sensitivity};
 pub use shape::{Section, Shape, TubeSection};

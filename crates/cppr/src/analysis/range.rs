@@ -53,7 +53,7 @@ pub enum RangeProblem {
     /// There is no stable equilibrium under the command.
     NoEquilibrium(Status),
     /// A limit is exceeded there already.
-    Exceeded(Governing),
+    Exceeded(Box<Governing>),
     /// [`Solver::stop_by`].
     Stopped,
 }
@@ -103,7 +103,7 @@ impl Solver {
         if let Some(nearest) = start.nearest
             && nearest.utilisation >= 1.0
         {
-            return Err(RangeProblem::Exceeded(nearest));
+            return Err(RangeProblem::Exceeded(Box::new(nearest)));
         }
         let mut ranges = Vec::new();
         for (input, value) in command.inputs() {
