@@ -96,7 +96,7 @@ impl DesignKeys {
         let file = cppr_io::robot_file::parse(&self.file.to_string()).map_err(|problems| {
             // Lines and excerpts would be those of a text that nobody wrote.
             let each = |p: &Problem| format!("{}: {}. {}", p.key, p.message, p.help).trim().to_owned();
-            problems.list.0.iter().map(each).collect::<Vec<_>>().join(" ")
+            problems.list.iter().map(each).collect::<Vec<_>>().join(" ")
         })?;
         Robot::from_design(file.design)
             .map_err(|list| list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
