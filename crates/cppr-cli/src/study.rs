@@ -12,9 +12,9 @@ pub fn text(report: &Report) -> String {
     let [low, middle, high] = heads.each_ref().map(String::as_str);
     let heads = ["mean", "deviation", low, middle, high, "least", "greatest"];
     let _ = write!(text, "    {:<32}", "");
-    heads.iter().for_each(|head| {
+    for head in heads {
         let _ = write!(text, "{head:>11}");
-    });
+    }
     text.push('\n');
     for output in &report.outputs {
         let (name, unit, factor) = in_shown_unit(&output.name);

@@ -34,7 +34,7 @@ fn section<'py>(py: Python<'py>, s: &SectionLimit) -> PyResult<Bound<'py, PyTupl
     let place = (s.tube, place, number, s.abscissa, s.label, y, z).into_pyobject(py)?;
     let state =
         (s.strain, s.allowable_strain, s.closure, s.gap, s.shear, s.allowable_shear).into_pyobject(py)?;
-    PyTuple::new(py, place.iter().chain(state.iter()))
+    PyTuple::new(py, place.iter().chain(state.iter()).collect::<Vec<_>>())
 }
 
 /// The fields of `Governing` in their order.
