@@ -146,10 +146,15 @@ def test_all_formats_hold_the_same_table(tmp_path: Path) -> None:
     is_null = parquet["tip_x_m"].is_null().to_numpy()
     assert (is_null == ~csv.status_text.isin(["converged", "unstable"])).all() and is_null.any()
     table = np.load(tmp_path / "t.npz")
-    for name in set(table.files) - {"metadata", "newton_steps"}:
+    # Whole numbers have no NaN: where there is none they are 0, which is no number of steps, tube or notch.
+    whole = {name for name in table.files if table[name].dtype.kind == "i"}
+    assert {"newton_steps", "strain_tube", "closure_tube", "closure_notch"} <= whole
+    for name in whole:
+        assert (table[name] == csv[name].fillna(0)).all(), name
+    reasons = json.loads(bytes(table["reasons"]))
+    assert reasons == {str(row): text for row, text in csv.reason.dropna().items()} and reasons
+    for name in set(table.files) - {"metadata", "reasons"} - whole:
         assert np.array_equal(table[name], csv[name], equal_nan=True), name
-    # Whole numbers have no NaN.
-    assert (table["newton_steps"] == csv.newton_steps.fillna(0)).all()
     description = parquet.schema.metadata[b"cppr"]
     assert description == table["metadata"].tobytes() and json.loads(description)["schema"] == "cppr/sweep"
 

@@ -305,8 +305,11 @@ impl fmt::Display for CommandProblem {
             Self::NoSuchTube { tubes: 1, .. } => {
                 write!(f, "this robot has only its leader, nothing to actuate")
             }
-            Self::NoSuchTube { tube: tube @ (0 | 1), tubes } => {
-                write!(f, "tube {tube} is no follower; the followers of this robot are 2 to {tubes}")
+            Self::NoSuchTube { tube: 0, .. } => {
+                write!(f, "tube 0 is no follower: tubes are numbered from 1, followers from 2")
+            }
+            Self::NoSuchTube { tube: 1, .. } => {
+                write!(f, "tube 1 is no follower: tube 1 is the leader, which is fixed in the baseplate")
             }
             Self::NoSuchTube { tube, tubes: 2 } => {
                 write!(f, "there is no tube {tube}; the only follower of this robot is tube 2")
