@@ -113,7 +113,7 @@ pub struct BundleSolver<'a> {
     rest: Option<BundleEquilibrium>,
 }
 
-/// Most unknowns and inputs at once.
+/// Most unknowns and inputs at once; a bundle with more is not solved, and says so.
 const MOST: usize = 48;
 const ITERATIONS: usize = 40;
 /// Newton steps below this (scaled) end.
@@ -305,7 +305,8 @@ impl<'a> Frame<'a> {
             9..=12 => self.tangent_with::<12>(unknowns, tolerance, steps),
             13..=16 => self.tangent_with::<16>(unknowns, tolerance, steps),
             17..=24 => self.tangent_with::<24>(unknowns, tolerance, steps),
-            _ => self.tangent_with::<MOST>(unknowns, tolerance, steps),
+            25..=MOST => self.tangent_with::<MOST>(unknowns, tolerance, steps),
+            _ => Err(Lost::Steps),
         }
     }
 
@@ -580,7 +581,8 @@ impl<'a> BundleSolver<'a> {
             9..=12 => self.jacobian_with::<12>(&frame, equilibrium),
             13..=16 => self.jacobian_with::<16>(&frame, equilibrium),
             17..=24 => self.jacobian_with::<24>(&frame, equilibrium),
-            _ => self.jacobian_with::<MOST>(&frame, equilibrium),
+            25..=MOST => self.jacobian_with::<MOST>(&frame, equilibrium),
+            _ => None,
         }
     }
 
