@@ -24,5 +24,6 @@ fi
 npm ci --silent --no-audit --no-fund --ignore-scripts
 node build.js --check
 
-cargo build --release --quiet -p cppr-cli
+# The program as the tests of the workspace have built it: a build of it alone takes other features of what it needs, and minutes.
+cargo test --release --quiet --workspace --test program --no-run
 node --test --test-concurrency=1 --test-timeout=120000 --test-reporter=spec test/*.test.js
