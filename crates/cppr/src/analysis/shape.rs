@@ -10,14 +10,14 @@ use crate::design::Robot;
 use crate::design::fields::{FieldJets, Part};
 use crate::kinematics::TipPose;
 use crate::kinematics::follower::{Facing, local};
-use crate::kinematics::layout::Layout;
+use crate::kinematics::layout::{Layout, field};
 use crate::kinematics::magnus::Magnus;
 use crate::kinematics::pose::{curvature, point};
 use crate::kinematics::so3;
 use crate::kinematics::state::{part, row};
 use crate::solve::system::Buffers;
 use crate::solve::{Equilibrium, Solver};
-use crate::statics::energy;
+use crate::statics::{Loads, energy};
 use nalgebra::{Matrix3, Vector3};
 
 /// One tube at one section.
@@ -113,7 +113,9 @@ struct Place {
 
 /// Torque and bending moments of strains.
 fn moment(jets: &FieldJets, strain: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(jets.torsion[0], jets.bending_y[0], jets.bending_z[0]).component_mul(strain)
+    // An axial force and its lever are added where they are known.
+    let FieldJets { torsion, bending_y, bending_z, axial: _, offset: _, mass: _, direction: _ } = jets;
+    Vector3::new(torsion[0], bending_y[0], bending_z[0]).component_mul(strain)
 }
 
 /// Values at the nodes from which forces are interpolated.
@@ -149,7 +151,8 @@ impl<'a> Recovery<'a> {
             unbalanced: vec![Vector3::zeros(); layout.nodes * layout.tubes],
             beyond: vec![Vector3::zeros(); layout.elements.len()],
         };
-        let gravity = equilibrium.command.loads.gravity;
+        // Wrenches, distributed forces and threads act on the leader's centreline, by way of the forces at points; gravity acts on every tube.
+        let Loads { gravity, wrenches: _, distributed: _, threads: _ } = equilibrium.command.loads;
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             for i in 0..rule.n {
@@ -277,10 +280,10 @@ impl<'a> Recovery<'a> {
         let followers = layout.tubes - 1;
         let (e, x) = layout.locate(coordinates, label);
         let mut buffer = Vec::new();
-        let mut field = |f: usize| layout.field(coordinates, e, x, f, &mut buffer);
+        let mut value = |number: usize| layout.field(coordinates, e, x, number, &mut buffer);
         let jets = self.robot.fields()[0].jets(label, Part::Pattern);
-        let k = Vector3::new(jets.direction[1] + field(0), field(1), field(2));
-        let stretch = if layout.stretch { field(3 + followers) } else { 0.0 };
+        let k = Vector3::new(jets.direction[1] + value(local::KX), value(local::KY), value(local::KZ));
+        let stretch = if layout.stretch { value(field::stretch(followers, 0)) } else { 0.0 };
         let (rotation, centre) = self.pose(e, x);
         let rule = &layout.rules[layout.elements[e].rule];
         let (lagrange, to_end) = (rule.lagrange(x), rule.integral(x, 1.0));
@@ -337,7 +340,7 @@ impl<'a> Recovery<'a> {
         let rule = &layout.rules[element.rule];
         let (n, length) = (rule.n, state.lengths[place.e]);
         let mut buffer = Vec::new();
-        let mut field = |f: usize| layout.field(self.coordinates, place.e, place.x, f, &mut buffer);
+        let mut value = |number: usize| layout.field(self.coordinates, place.e, place.x, number, &mut buffer);
         let to_end = &place.to_end;
         let end = state.joints[(place.e + 1) * followers + f];
         let node = |j: usize| element.first_node + j;
@@ -349,11 +352,11 @@ impl<'a> Recovery<'a> {
         let abscissa = end[0] - length * spread;
         let resting = self.robot.rest_angle(f + 1, place.label);
         let mut v = [0.0; local::COUNT];
-        v[..5].copy_from_slice(&[place.k.x, place.k.y, place.k.z, place.stretch, place.label]);
+        v[..local::SHARED].copy_from_slice(&[place.k.x, place.k.y, place.k.z, place.stretch, place.label]);
         v[local::TH] = resting[0] + angle;
-        v[local::DTH] = resting[1] + field(3 + f);
+        v[local::DTH] = resting[1] + value(field::angle(f));
         v[local::FACE] = abscissa;
-        v[local::EK] = if layout.stretch { field(4 + followers + f) } else { 0.0 };
+        v[local::EK] = if layout.stretch { value(field::stretch(followers, f + 1)) } else { 0.0 };
         let jets = self.robot.fields()[f + 1].jets(abscissa, part(element, f + 1));
         let facing = Facing::new(&v, v[local::TH].sin_cos().into(), &place.jets.offset, &jets.offset);
         let rotation = place.rotation * so3::about_x(std::f64::consts::PI - v[local::TH]);

@@ -34,6 +34,10 @@ pub(crate) mod local {
     pub const EK: usize = 8;
     /// How many.
     pub const COUNT: usize = 9;
+    /// How many of them, K_X to X, belong to the leader and are the same for all followers.
+    pub const SHARED: usize = TH;
+    /// How many, θ_k to e_k, each follower has of its own.
+    pub const OWN: usize = COUNT - SHARED;
 }
 use local::{COUNT, DTH, E1, EK, FACE, KX, KY, KZ, TH, X};
 

@@ -17,6 +17,23 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// The fields of an element in the order of [`Element::modes`]: the leader's ΔK_X, ΔK_Y, ΔK_Z under their numbers in `local`, then
+/// Δθ_k' of every follower, then e_i of every tube.
+pub(crate) mod field {
+    /// How many curvatures the leader has.
+    pub const CURVATURES: usize = 3;
+
+    /// Δθ_k' of a follower; 0 is the first.
+    pub fn angle(follower: usize) -> usize {
+        CURVATURES + follower
+    }
+
+    /// e_i of a tube; 0 is the leader.
+    pub fn stretch(followers: usize, tube: usize) -> usize {
+        CURVATURES + followers + tube
+    }
+}
+
 /// How finely the fields are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
@@ -193,18 +210,19 @@ pub(crate) struct Layouts {
 impl Element {
     /// The unknowns of ΔK_Z.
     pub fn bends_z(&self) -> Range<usize> {
-        let (first, count) = self.modes[2];
+        let (first, count) = self.modes[local::KZ];
         first..first + count
     }
 
     /// Which of the leader's curvatures (0 to 2) and which of its modes stands in place `i` of `turning`.
     #[inline]
     pub fn turned(&self, i: usize) -> (usize, usize) {
-        let (twist, bending) = (self.modes[0].1, self.modes[0].1 + self.modes[1].1);
+        let twist = self.modes[local::KX].1;
+        let bending = twist + self.modes[local::KY].1;
         match i {
-            i if i < twist => (0, i),
-            i if i < bending => (1, i - twist),
-            i => (2, i - bending),
+            i if i < twist => (local::KX, i),
+            i if i < bending => (local::KY, i - twist),
+            i => (local::KZ, i - bending),
         }
     }
 }
@@ -283,23 +301,26 @@ impl Layout {
     fn find_active(&mut self) {
         let (followers, stretch) = (self.tubes - 1, self.stretch);
         let (unknowns, edges) = (self.unknowns(), self.edges.len());
-        let angles = self.elements.iter().any(|e| e.modes[3..3 + followers].iter().any(|m| m.1 > 0));
+        let angles = self
+            .elements
+            .iter()
+            .any(|e| e.modes[field::angle(0)..field::angle(followers)].iter().any(|m| m.1 > 0));
         for element in &mut self.elements {
-            let own = |field: usize| {
-                let (first, count) = element.modes[field];
+            let own = |number: usize| {
+                let (first, count) = element.modes[number];
                 if edges > 0 { 0..first + count } else { first..first + count }
             };
-            let leader = |field: usize| (element.modes[field].1 > 0 || edges > 0).then(|| own(field));
-            let after = if edges > 0 { 0 } else { element.modes.get(3).map_or(0, |m| m.0) };
+            let leader = |number: usize| (element.modes[number].1 > 0 || edges > 0).then(|| own(number));
+            let after = if edges > 0 { 0 } else { element.modes.get(field::angle(0)).map_or(0, |m| m.0) };
             let active = |variable: usize, follower: usize| {
                 let unknowns = match variable {
                     local::KX | local::KY | local::KZ => leader(variable)?,
-                    local::E1 => stretch.then(|| own(3 + followers))?,
+                    local::E1 => stretch.then(|| own(field::stretch(followers, 0)))?,
                     local::X => (edges > 0).then_some(0..edges)?,
                     local::TH => (angles || edges > 0).then_some(after..unknowns)?,
-                    local::DTH => (angles || edges > 0).then(|| own(3 + follower))?,
+                    local::DTH => (angles || edges > 0).then(|| own(field::angle(follower)))?,
                     local::FACE => 0..unknowns,
-                    _ => stretch.then(|| own(4 + followers + follower))?,
+                    _ => stretch.then(|| own(field::stretch(followers, follower + 1)))?,
                 };
                 Some(Active { variable, row: row(follower, variable), unknowns })
             };
@@ -308,7 +329,7 @@ impl Layout {
                 .map(|follower| (0..count).filter_map(|variable| active(variable, follower)).collect())
                 .collect();
             element.variables = element.active[0].iter().map(|a| a.variable).collect();
-            element.turning = element.modes[0].0..element.modes[2].0 + element.modes[2].1;
+            element.turning = element.modes[local::KX].0..element.bends_z().end;
         }
     }
 
@@ -359,11 +380,11 @@ impl Layout {
         }
         let mut next = edges.len();
         let followers = *tubes - 1;
-        let leader = |field: usize| field < 3 || field == 3 + followers;
+        let leader = |number: usize| number < field::CURVATURES || number == field::stretch(followers, 0);
         for of_leader in [true, false] {
             for element in elements.iter_mut() {
-                for (field, modes) in element.modes.iter_mut().enumerate() {
-                    if leader(field) == of_leader {
+                for (number, modes) in element.modes.iter_mut().enumerate() {
+                    if leader(number) == of_leader {
                         modes.0 = next;
                         next += modes.1;
                     }
@@ -383,7 +404,7 @@ impl Layout {
 
     /// Rows of local variables at a node: K_X, K_Y, K_Z, e_1, X, then θ_k, θ_k', x_k, e_k of every follower.
     pub fn rows(&self) -> usize {
-        5 + 4 * (self.tubes - 1)
+        local::SHARED + local::OWN * (self.tubes - 1)
     }
 
     /// Label of a joint (m) and, for an edge, its unknown.

@@ -6,7 +6,7 @@
 //! Ω = α_1 + α_3 / 12 + P × Q / 240
 //! ```
 //!
-//! with the generators α of `rule`, which hold the curvature's value, slope and curvature at the step's middle.
+//! with the generators α of `rule`, which hold the curvature K and its first two derivatives by arc length at the step's middle.
 
 use crate::dense::{Block, cross, hat, hat_hat, hat_times};
 use crate::real::Real;
@@ -30,7 +30,7 @@ pub(crate) struct Magnus<S: Real> {
 /// Three rows by the nine components of the generators (α_1, α_2, α_3).
 pub(crate) type Slope<S> = [[S; 9]; 3];
 /// Nine rows.
-pub(crate) type Curvature<S> = [[S; 9]; 9];
+pub(crate) type SecondDerivative<S> = [[S; 9]; 9];
 
 impl<S: Real> Magnus<S> {
     #[inline]
@@ -89,9 +89,9 @@ impl<S: Real> Magnus<S> {
         [first, second, third]
     }
 
-    /// y·d²Ω by the generators: X + Xᵀ with X_ij = P_iᵀ (y^)ᵀ Q_j / 240 and what Q and P themselves are bent by.
+    /// y·d²Ω by the generators: X + Xᵀ with X_ij = P_iᵀ (y^)ᵀ Q_j / 240, and the second derivatives of Q and P themselves.
     #[inline]
-    pub fn second(&self, y: &Vector3<S>, form: &mut Curvature<S>) {
+    pub fn second(&self, y: &Vector3<S>, form: &mut SecondDerivative<S>) {
         let Self { alpha: [a1, a2, _], p, q, .. } = self;
         let across_q = scaled(&cross(y, p), 1.0 / 240.0);
         let by_w = scaled(&across_q, 1.0 / 60.0);
@@ -123,7 +123,7 @@ impl<S: Real> Magnus<S> {
         }
     }
 
-    /// What the generators feel of a covector y on Ω: y·dΩ = Σ pull_m·dα_m.
+    /// The pull-back of a covector y from Ω to the generators: y·dΩ = Σ pull_m·dα_m.
     #[inline]
     pub fn pull(&self, y: &Vector3<S>) -> [Vector3<S>; 3] {
         let Self { alpha: [a1, a2, _], w, p, q, .. } = self;

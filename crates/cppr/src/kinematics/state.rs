@@ -6,7 +6,7 @@
 //! D_k(x_k); its fixed point contracts by ∫|D_k' K| dX, a few thousandths.
 
 use super::follower::{Facing, Row, local};
-use super::layout::{Element, Layout};
+use super::layout::{Element, Layout, field};
 use crate::dense::{Lu, axpy, axpy_table, dot_table};
 use crate::design::Robot;
 use crate::design::fields::{Jet, Part};
@@ -94,10 +94,11 @@ impl<S: Real> State<S> {
     #[inline]
     pub fn variables(&self, node: usize, follower: usize) -> Row<S> {
         let base = node * self.rows;
-        let own = base + 5 + 4 * follower;
+        let own = base + row(follower, local::TH);
         let mut v = [S::zero(); local::COUNT];
-        v[..5].copy_from_slice(&self.local[base..base + 5]);
-        v[5..].copy_from_slice(&self.local[own..own + 4]);
+        let (shared, following) = v.split_at_mut(local::SHARED);
+        shared.copy_from_slice(&self.local[base..base + local::SHARED]);
+        following.copy_from_slice(&self.local[own..own + local::OWN]);
         v
     }
 
@@ -147,7 +148,7 @@ impl<S: Real> State<S> {
             self.leader_at_nodes(robot, layout, e, coordinates, fresh);
             for f in 0..self.followers {
                 // Angles that no unknown turns stay where they are.
-                if fresh || layout.elements[e].modes[3 + f].1 > 0 {
+                if fresh || layout.elements[e].modes[field::angle(f)].1 > 0 {
                     self.angles(layout, e, f);
                 }
                 self.face(robot, layout, e, f);
@@ -224,12 +225,12 @@ impl<S: Real> State<S> {
             }
         }
         let followers = self.followers;
-        let own = (0..followers).map(|f| (3 + f, row(f, local::DTH)));
-        let stretch = (0..followers).map(|f| (4 + followers + f, row(f, local::EK)));
-        let stretch = [(3 + followers, local::E1)].into_iter().chain(stretch);
-        let fields = (0..3).map(|axis| (axis, axis)).chain(own);
-        for (field, row) in fields.chain(stretch.take(if layout.stretch { usize::MAX } else { 0 })) {
-            let (first, count) = element.modes[field];
+        let own = (0..followers).map(|f| (field::angle(f), row(f, local::DTH)));
+        let stretch = (0..followers).map(|f| (field::stretch(followers, f + 1), row(f, local::EK)));
+        let stretch = [(field::stretch(followers, 0), local::E1)].into_iter().chain(stretch);
+        let fields = (0..field::CURVATURES).map(|axis| (axis, axis)).chain(own);
+        for (number, row) in fields.chain(stretch.take(if layout.stretch { usize::MAX } else { 0 })) {
+            let (first, count) = element.modes[number];
             if count > 0 {
                 for i in 0..rule.n {
                     let p = &rule.legendre[i * rule.n..i * rule.n + count];
@@ -255,14 +256,14 @@ impl<S: Real> State<S> {
         self.nodal.clear();
         for j in element.first_node..element.first_node + n {
             let rest = self.rest[j * self.followers + f][1];
-            self.nodal.push(self.local[j * self.rows + 6 + 4 * f] - rest);
+            self.nodal.push(self.local[j * self.rows + row(f, local::DTH)] - rest);
         }
         for i in 0..n {
             let node = element.first_node + i;
             let sum = dot_table(&rule.to_end[i * n..(i + 1) * n], &self.nodal);
             let rest = self.rest[node * self.followers + f][0];
             let angle = rest + end - length * sum;
-            self.local[node * self.rows + 5 + 4 * f] = angle;
+            self.local[node * self.rows + row(f, local::TH)] = angle;
             let facing = &mut self.facing[node * self.followers + f];
             (facing.sin, facing.cos) = angle.sin_cos();
         }
@@ -277,7 +278,7 @@ impl<S: Real> State<S> {
         let end = self.joints[(e + 1) * self.followers + f][0];
         let part = part(element, f + 1);
         let (rows, followers) = (self.rows, self.followers);
-        let place = |i: usize| (element.first_node + i) * rows + 7 + 4 * f;
+        let place = |i: usize| (element.first_node + i) * rows + row(f, local::FACE);
         for i in 0..n {
             // Unstrained guess.
             self.local[place(i)] = end - length * (1.0 - rule.nodes[i]);
@@ -331,8 +332,8 @@ impl<S: Real> State<S> {
             let p = &rule.legendre[i * rule.n..(i + 1) * rule.n];
             let shares = [1.0 - rule.nodes[i], rule.nodes[i]];
             let block = &mut self.z[node * self.rows * n_u..(node + 1) * self.rows * n_u];
-            let mut set = |row: usize, field: usize, slope: S| {
-                let (first, count) = element.modes[field];
+            let mut set = |row: usize, number: usize, slope: S| {
+                let (first, count) = element.modes[number];
                 for (entry, p) in block[row * n_u + first..row * n_u + first + count].iter_mut().zip(p) {
                     *entry = S::splat(*p);
                 }
@@ -342,16 +343,16 @@ impl<S: Real> State<S> {
                     }
                 }
             };
-            set(local::KX, 0, self.leader_turn[node][1]);
-            set(local::KY, 1, S::zero());
-            set(local::KZ, 2, S::zero());
+            set(local::KX, local::KX, self.leader_turn[node][1]);
+            set(local::KY, local::KY, S::zero());
+            set(local::KZ, local::KZ, S::zero());
             if layout.stretch {
-                set(local::E1, 3 + self.followers, S::zero());
+                set(local::E1, field::stretch(self.followers, 0), S::zero());
             }
             for f in 0..self.followers {
-                set(row(f, local::DTH), 3 + f, self.rest[node * self.followers + f][2]);
+                set(row(f, local::DTH), field::angle(f), self.rest[node * self.followers + f][2]);
                 if layout.stretch {
-                    set(row(f, local::EK), 4 + self.followers + f, S::zero());
+                    set(row(f, local::EK), field::stretch(self.followers, f + 1), S::zero());
                 }
             }
             for (end, share) in ends.iter().zip(shares) {
@@ -366,13 +367,13 @@ impl<S: Real> State<S> {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
         let (n, n_u, rows, length) = (rule.n, self.unknowns, self.rows, self.lengths[e]);
-        let (first, count) = element.modes[3 + f];
+        let (first, count) = element.modes[field::angle(f)];
         let end = ((e + 1) * self.followers + f) * 2 + 1;
         let start = (e * self.followers + f) * 2 + 1;
         self.nodal.clear();
         for j in element.first_node..element.first_node + n {
             let rest = self.rest[j * self.followers + f][1];
-            self.nodal.push(self.local[j * rows + 6 + 4 * f] - rest);
+            self.nodal.push(self.local[j * rows + row(f, local::DTH)] - rest);
         }
         for i in 0..=n {
             // The last pass is the element's start.
@@ -480,13 +481,16 @@ impl<S: Real> State<S> {
 
 /// The rows of the leader and those of one follower among a node's rows.
 #[inline]
-pub(crate) fn split<S>(rows: &mut [S], follower: usize) -> Option<(&mut [S; 5], &mut [S; 4])> {
+pub(crate) fn split<S>(
+    rows: &mut [S],
+    follower: usize,
+) -> Option<(&mut [S; local::SHARED], &mut [S; local::OWN])> {
     let (leader, own) = rows.split_first_chunk_mut()?;
-    Some((leader, own[4 * follower..].first_chunk_mut()?))
+    Some((leader, own[local::OWN * follower..].first_chunk_mut()?))
 }
 
 /// Row number of local variable `variable` of a follower among a node's rows.
 #[inline]
 pub(crate) fn row(follower: usize, variable: usize) -> usize {
-    if variable < 5 { variable } else { 4 * follower + variable }
+    if variable < local::SHARED { variable } else { local::OWN * follower + variable }
 }

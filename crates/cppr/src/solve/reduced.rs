@@ -7,7 +7,9 @@
 //! eigenvalue by bisection (8.4.1).
 
 use crate::dense::{axpy, dot};
+use crate::design::fields::FieldJets;
 use crate::kinematics::follower::local;
+use crate::kinematics::layout::field;
 use crate::real::{Real, every};
 use crate::solve::system::{Buffers, Scale, System};
 
@@ -238,27 +240,32 @@ fn elastic_stiffness<S: Real>(buffers: &Buffers<S>, system: &System) -> Vec<S> {
             };
             let jets = &assembly.jets[node * layout.tubes..(node + 1) * layout.tubes];
             // About the leader's axes: (c, −s) of a follower's Y and (s, c) of its Z.
-            let (mut torsion, mut yy, mut yz, mut zz) = (S::zero(), S::zero(), S::zero(), S::zero());
+            let (mut twist, mut yy, mut yz, mut zz) = (S::zero(), S::zero(), S::zero(), S::zero());
             for (tube, jets) in jets.iter().enumerate() {
                 let (s, c) = match tube.checked_sub(1) {
                     None => (S::zero(), S::one()),
                     Some(f) => state.rest[node * followers + f][0].sin_cos(),
                 };
-                let (stiff, soft) = (jets.bending_y[0], jets.bending_z[0]);
-                torsion += jets.torsion[0];
+                // Gravity's share is no elastic one; where the centroid lies does not matter without strain.
+                let FieldJets { torsion, bending_y, bending_z, axial, offset: _, mass: _, direction: _ } =
+                    jets;
+                let (stiff, soft) = (bending_y[0], bending_z[0]);
+                twist += torsion[0];
                 yy += stiff * c * c + soft * s * s;
                 yz += (soft - stiff) * s * c;
                 zz += stiff * s * s + soft * c * c;
                 if let Some(f) = tube.checked_sub(1) {
-                    add(local::KX, 3 + f, -jets.torsion[0]);
-                    add(3 + f, local::KX, -jets.torsion[0]);
-                    add(3 + f, 3 + f, jets.torsion[0]);
+                    let angle = field::angle(f);
+                    add(local::KX, angle, -torsion[0]);
+                    add(angle, local::KX, -torsion[0]);
+                    add(angle, angle, torsion[0]);
                 }
                 if layout.stretch {
-                    add(3 + followers + tube, 3 + followers + tube, jets.axial[0]);
+                    let stretch = field::stretch(followers, tube);
+                    add(stretch, stretch, axial[0]);
                 }
             }
-            add(local::KX, local::KX, torsion);
+            add(local::KX, local::KX, twist);
             add(local::KY, local::KY, yy);
             add(local::KY, local::KZ, yz);
             add(local::KZ, local::KY, yz);

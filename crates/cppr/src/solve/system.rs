@@ -12,7 +12,7 @@ use super::command::Actuator;
 use super::settings::Formulation;
 use crate::dense::{Lu, axpy, dot};
 use crate::design::Robot;
-use crate::kinematics::layout::{Layout, Layouts};
+use crate::kinematics::layout::{Layout, Layouts, field};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::State;
 use crate::real::{Each, Real, every};
@@ -94,7 +94,7 @@ impl Scale {
         units.resize(layout.edges.len(), self.length);
         units.resize(layout.unknowns(), 1.0 / self.length);
         for element in layout.elements.iter().filter(|_| layout.stretch) {
-            for &(first, count) in &element.modes[layout.tubes + 2..] {
+            for &(first, count) in &element.modes[field::stretch(layout.tubes - 1, 0)..] {
                 units[first..first + count].fill(1.0);
             }
         }
@@ -193,8 +193,7 @@ impl<S: Real> Buffers<S> {
         let broken = self.state.differentiate(robot, layout, &point.coordinates);
         let loads = system.loads.first();
         if !loads.is_empty() {
-            let everywhere = loads.gravity.is_some() || !loads.distributed.is_empty();
-            self.poses.differentiate(layout, &self.state, everywhere);
+            self.poses.differentiate(layout, &self.state, loads.act_along());
             self.posed = Posed::Rows;
         }
         self.assembly.tangent(&system.setting(), &self.state, &self.poses, &point.efforts);

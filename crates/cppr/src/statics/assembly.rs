@@ -18,7 +18,7 @@ use crate::design::Robot;
 use crate::design::fields::{FieldJets, Part};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::{Joint, Layout};
-use crate::kinematics::magnus::Curvature;
+use crate::kinematics::magnus::SecondDerivative;
 use crate::kinematics::pose::{Poses, point};
 use crate::kinematics::state::{State, part, row, split};
 use crate::real::{Each, Real};
@@ -66,8 +66,8 @@ pub(crate) struct Assembly<S: Real = f64> {
     /// Per node and follower: adjoint of |h| over the node's weight, the configurational force (N).
     pub adjoint: Vec<S>,
     pub(super) angle_adjoint: Vec<S>,
-    /// Per node and row: slope of 𝓛 by the local variable, over ℓ.
-    pub(super) felt: Vec<S>,
+    /// Per node and row: generalised force of the local variable, the slope of 𝓛 by it, over ℓ.
+    pub(super) local_forces: Vec<S>,
     /// Per element: slope of 𝓛 by ℓ.
     pub(super) by_length: Vec<S>,
     pub(crate) jets: Vec<FieldJets<S>>,
@@ -77,8 +77,8 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub(super) slopes: Vec<S>,
     pub(crate) point_force: Vec<Vector3<S>>,
     pub(super) point_moment: Vec<Vector3<S>>,
-    /// Per point: at nodes the force that the centreline's rate there feels, over ℓ.
-    pub(super) inner: Vec<Vector3<S>>,
+    /// Per point: at nodes the internal force n (N) of all loads beyond, with the node's weight: what δc' is multiplied by.
+    pub(super) internal: Vec<Vector3<S>>,
     /// Per point: moment of everything from there on.
     pub(super) moment: Vec<Vector3<S>>,
     pub(super) lu: Lu<S>,
@@ -88,7 +88,7 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub(super) stretch_row: Vec<S>,
     pub(super) turn_row: Vec<S>,
     pub(super) block: Vec<S>,
-    pub(super) form: Curvature<S>,
+    pub(super) form: SecondDerivative<S>,
     /// Per follower its base's direction at rest, and so where Ω is counted from.
     turn_at_rest: Vec<f64>,
     /// Serial numbers of robot and layout whose constant fields are known.
@@ -118,7 +118,9 @@ impl Setting<'_> {
 
     /// Gravity of every lane.
     pub fn gravity<S: Real>(&self) -> Option<Vector3<S>> {
-        self.kinds().gravity.map(|_| self.vector(|loads| loads.gravity.unwrap_or_default()))
+        // The only load whose potential is assembled with the energies at the nodes; the others are forces and moments at points.
+        let Loads { gravity, wrenches: _, distributed: _, threads: _ } = self.kinds();
+        gravity.map(|_| self.vector(|loads| loads.gravity.unwrap_or_default()))
     }
 
     /// A distributed force of every lane, where it acts at a label.

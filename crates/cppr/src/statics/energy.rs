@@ -21,12 +21,14 @@ pub(crate) struct Inner<S = f64> {
 /// ω of one follower at one node.
 pub(crate) fn inner<S: Real>(facing: &Facing<S>, stretch: S, fields: &FieldJets<S>) -> Inner<S> {
     let Facing { h, a, p, r, .. } = *facing;
-    let [gj, gj1, _] = fields.torsion;
-    let [y, y1, _] = fields.bending_y;
-    let [z, z1, _] = fields.bending_z;
-    let [_, f, f1, _] = fields.direction;
-    // Without stretch the axial stiffness may be unknown and must not enter.
-    let [ea, ea1] = if stretch.vanishes() { [S::zero(); 2] } else { [fields.axial[0], fields.axial[1]] };
+    // The offset is in |h|; mass has no elastic energy.
+    let FieldJets { torsion, bending_y, bending_z, axial, direction, offset: _, mass: _ } = fields;
+    let [gj, gj1, _] = *torsion;
+    let [y, y1, _] = *bending_y;
+    let [z, z1, _] = *bending_z;
+    let [_, f, f1, _] = *direction;
+    // Without stretch the axial stiffness may be NaN and must not enter.
+    let [ea, ea1] = if stretch.vanishes() { [S::zero(); 2] } else { [axial[0], axial[1]] };
     // With τ = a/|h| − φ' and q = EI_Y p² + EI_Z r² (so that EI_Y κ_Y² + EI_Z κ_Z² = q/|h|²) the density per length of the
     // leader is
     //
@@ -117,13 +119,13 @@ pub(crate) fn second<S: Real>(
 ) -> S {
     let Inner { slope, inverse, tau, stretched, .. } = *inner;
     let Facing { h, a, p, r, sin, cos, dh } = facing;
+    let FieldJets { torsion, bending_y, bending_z, axial, direction, offset: _, mass: _ } = *fields;
     let weighted = |[a, b, c]: Jet<S>| (a * weight, b * weight, c * weight);
-    let (gj, gj1, gj2) = weighted(fields.torsion);
-    let (y, y1, y2) = weighted(fields.bending_y);
-    let (z, z1, z2) = weighted(fields.bending_z);
-    let [_, _, f1, f2] = fields.direction;
-    let known = fields.axial[0].mask(f64::is_finite) != 0;
-    let (ea, ea1, ea2) = if known { weighted(fields.axial) } else { (S::zero(), S::zero(), S::zero()) };
+    let (gj, gj1, gj2) = weighted(torsion);
+    let (y, y1, y2) = weighted(bending_y);
+    let (z, z1, z2) = weighted(bending_z);
+    let [_, _, f1, f2] = direction;
+    let (ea, ea1, ea2) = weighted(axial_or_zero(axial));
     let i2 = inverse * inverse;
     let half_tau2 = tau * tau * 0.5;
     let q = y * *p * *p + z * *r * *r;
@@ -201,27 +203,29 @@ pub(crate) fn second<S: Real>(
     slope[0]
 }
 
+/// The axial stiffness, or zero where the design gives none (NaN).
+fn axial_or_zero<S: Real>(axial: Jet<S>) -> Jet<S> {
+    if axial[0].mask(f64::is_finite) != 0 { axial } else { [S::zero(); 3] }
+}
+
 /// ω_1 and its gradient by (K_X, K_Y, K_Z, e_1, X).
-pub(crate) fn leader<S: Real>(fields: &FieldJets<S>, v: &[S]) -> (S, [S; 5]) {
-    let [_, rest, bend, _] = fields.direction;
+pub(crate) fn leader<S: Real>(fields: &FieldJets<S>, v: &[S]) -> (S, [S; local::SHARED]) {
+    // No strain of the leader depends on its offset; mass has no elastic energy.
+    let FieldJets { torsion, bending_y, bending_z, axial, direction, offset: _, mass: _ } = fields;
+    let [_, rest, bend, _] = *direction;
     let twist = v[KX] - rest;
     let (ky, kz, stretch) = (v[KY], v[KZ], v[E1]);
-    let axial = if stretch.vanishes() { [S::zero(); 3] } else { fields.axial };
+    let axial = if stretch.vanishes() { [S::zero(); 3] } else { *axial };
     let form = |order: usize| {
-        (fields.torsion[order] * twist * twist
-            + fields.bending_y[order] * ky * ky
-            + fields.bending_z[order] * kz * kz
+        (torsion[order] * twist * twist
+            + bending_y[order] * ky * ky
+            + bending_z[order] * kz * kz
             + axial[order] * stretch * stretch)
             * 0.5
     };
-    let gj = fields.torsion[0];
-    let slopes = [
-        gj * twist,
-        fields.bending_y[0] * ky,
-        fields.bending_z[0] * kz,
-        axial[0] * stretch,
-        form(1) - gj * twist * bend,
-    ];
+    let gj = torsion[0];
+    let slopes =
+        [gj * twist, bending_y[0] * ky, bending_z[0] * kz, axial[0] * stretch, form(1) - gj * twist * bend];
     (form(0), slopes)
 }
 
@@ -232,28 +236,29 @@ pub(crate) fn leader_second<S: Real>(
     moving: bool,
     add: &mut impl FnMut(usize, usize, S),
 ) {
-    let [_, rest, bend, jerk] = fields.direction;
+    let FieldJets { torsion, bending_y, bending_z, axial, direction, offset: _, mass: _ } = *fields;
+    let [_, rest, bend, jerk] = direction;
     let twist = v[KX] - rest;
     let stretch = v[E1];
-    let axial = if fields.axial[0].mask(f64::is_finite) != 0 { fields.axial } else { [S::zero(); 3] };
-    let [gj, gj1, gj2] = fields.torsion;
+    let axial = axial_or_zero(axial);
+    let [gj, gj1, gj2] = torsion;
     add(KX, KX, gj);
-    add(KY, KY, fields.bending_y[0]);
-    add(KZ, KZ, fields.bending_z[0]);
+    add(KY, KY, bending_y[0]);
+    add(KZ, KZ, bending_z[0]);
     add(E1, E1, axial[0]);
     if !moving {
         return;
     }
     add(KX, X, gj1 * twist - gj * bend);
-    add(KY, X, fields.bending_y[1] * v[KY]);
-    add(KZ, X, fields.bending_z[1] * v[KZ]);
+    add(KY, X, bending_y[1] * v[KY]);
+    add(KZ, X, bending_z[1] * v[KZ]);
     add(E1, X, axial[1] * stretch);
-    let curvature = (gj2 * twist * twist
-        + fields.bending_y[2] * v[KY] * v[KY]
-        + fields.bending_z[2] * v[KZ] * v[KZ]
+    let by_label_twice = (gj2 * twist * twist
+        + bending_y[2] * v[KY] * v[KY]
+        + bending_z[2] * v[KZ] * v[KZ]
         + axial[2] * stretch * stretch)
         * 0.5
         - gj1 * twist * bend * 2.0
         + gj * (bend * bend - twist * jerk);
-    add(X, X, curvature);
+    add(X, X, by_label_twice);
 }

@@ -13,7 +13,7 @@
 use super::assembly::{Assembly, Efforts, Setting, turn_at_base};
 use crate::dense::{add_scaled, axpy, axpy_table, cross, inner, times};
 use crate::kinematics::follower::local;
-use crate::kinematics::layout::Joint;
+use crate::kinematics::layout::{Joint, field};
 use crate::kinematics::pose::{Poses, point, tangent};
 use crate::kinematics::state::{State, row, split};
 use crate::real::Real;
@@ -30,7 +30,7 @@ use nalgebra::Vector3;
 // (1 + ℓ D Bᵀ) g = ℓ (F_x + D w T) with D = diag |h|_x, the identity where the offset is uniform. Angles are alike, with b for a
 // and without a system, since Δθ_k' depends on no angle.
 //
-// `felt` holds per node and local variable v the generalised force F_v + a |h|_v (and b for Δθ_k'; loads subtracted), over ℓ.
+// `local_forces` holds per node and local variable v the generalised force F_v + a |h|_v (and b for Δθ_k'; loads subtracted), over ℓ.
 
 impl<S: Real> Assembly<S> {
     /// The adjoints of |h_k| and Δθ_k' at the nodes, from the base to the tip.
@@ -56,11 +56,11 @@ impl<S: Real> Assembly<S> {
                 let h_face = |i: usize| state.facing[node(i) * followers + f].dh[local::FACE];
                 let slope_of =
                     |s: &Self, i: usize, variable: usize| s.slopes[node(i) * rows + row(f, variable)];
-                // r_i, the force that node i feels along x_k: (1 + ℓ D Bᵀ) r = ℓ (F_x + D w force).
+                // r_i, the generalised force of x_k at node i: (1 + ℓ D Bᵀ) r = ℓ (F_x + D w force).
                 self.work.clear();
                 for i in 0..n {
-                    let felt = slope_of(self, i, local::FACE) + h_face(i) * force * rule.weights[i];
-                    self.work.push(length * felt);
+                    let right = slope_of(self, i, local::FACE) + h_face(i) * force * rule.weights[i];
+                    self.work.push(length * right);
                 }
                 if (0..n).any(|i| !h_face(i).vanishes()) {
                     self.matrix.clear();
@@ -77,15 +77,15 @@ impl<S: Real> Assembly<S> {
                 let mut spread = S::zero();
                 self.spread.clear();
                 self.spread.resize(n, S::zero());
-                for (i, &felt) in self.work.iter().enumerate() {
-                    axpy_table(&mut self.spread, felt, &rule.to_end[i * n..(i + 1) * n]);
-                    spread += felt;
+                for (i, &own) in self.work.iter().enumerate() {
+                    axpy_table(&mut self.spread, own, &rule.to_end[i * n..(i + 1) * n]);
+                    spread += own;
                 }
                 for j in 0..n {
                     self.adjoint[node(j) * followers + f] = force * rule.weights[j] - self.spread[j];
                 }
                 force -= spread;
-                if element.modes[3 + f].1 == 0 && layout.edges.is_empty() {
+                if element.modes[field::angle(f)].1 == 0 && layout.edges.is_empty() {
                     continue;
                 }
                 for i in 0..n {
@@ -96,8 +96,8 @@ impl<S: Real> Assembly<S> {
                 let total = self.work.iter().fold(S::zero(), |sum, w| sum + *w);
                 for j in 0..n {
                     let mut back = S::zero();
-                    for (i, felt) in self.work.iter().enumerate() {
-                        back += *felt * rule.to_end[i * n + j];
+                    for (i, own) in self.work.iter().enumerate() {
+                        back += *own * rule.to_end[i * n + j];
                     }
                     self.angle_adjoint[node(j) * followers + f] = torque * rule.weights[j] - back;
                 }
@@ -110,24 +110,24 @@ impl<S: Real> Assembly<S> {
     pub(super) fn collect(&mut self, setting: &Setting, state: &State<S>) {
         let layout = setting.layout;
         let (rows, followers) = (layout.rows(), layout.tubes - 1);
-        self.felt.clone_from(&self.slopes);
+        self.local_forces.clone_from(&self.slopes);
         self.by_length.clear();
         self.by_length.resize(layout.elements.len(), S::zero());
         for (e, element) in layout.elements.iter().enumerate() {
             for node in element.first_node..element.first_node + layout.rules[element.rule].n {
-                let felt = &mut self.felt[node * rows..(node + 1) * rows];
+                let forces = &mut self.local_forces[node * rows..(node + 1) * rows];
                 let mut by_length = self.values[node];
                 for f in 0..followers {
                     let at = node * followers + f;
                     let (facing, adjoint) = (&state.facing[at], self.adjoint[at]);
-                    let Some((leader, own)) = split(felt, f) else { continue };
+                    let Some((leader, own)) = split(forces, f) else { continue };
                     let (before, after) = facing.dh.split_at(local::TH);
                     axpy(leader, adjoint, before);
                     axpy(own, adjoint, after);
                     by_length += adjoint * facing.h;
                     let (adjoint, rate) = (self.angle_adjoint[at], row(f, local::DTH));
                     by_length += adjoint * (state.local[node * rows + rate] - state.rest[at][1]);
-                    felt[rate] += adjoint;
+                    forces[rate] += adjoint;
                 }
                 self.by_length[e] += by_length;
             }
@@ -150,8 +150,8 @@ impl<S: Real> Assembly<S> {
         let rows = layout.rows();
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         // Without forces along the robot only those at the ends of elements are left.
-        let spread = setting.kinds().gravity.is_some() || !setting.kinds().distributed.is_empty();
-        self.inner.resize(self.point_force.len(), Vector3::zeros());
+        let spread = setting.kinds().act_along();
+        self.internal.resize(self.point_force.len(), Vector3::zeros());
         self.moment.resize(self.point_force.len(), Vector3::zeros());
         for (e, element) in layout.elements.iter().enumerate().rev() {
             let rule = &layout.rules[element.rule];
@@ -162,23 +162,23 @@ impl<S: Real> Assembly<S> {
                 if i == n {
                     force += self.point_force[at];
                 } else {
-                    let mut felt = Vector3::zeros();
-                    add_scaled(&mut felt, S::splat(rule.weights[i]), &force);
+                    let mut internal = Vector3::zeros();
+                    add_scaled(&mut internal, S::splat(rule.weights[i]), &force);
                     for k in 0..if spread { n } else { 0 } {
                         let share = S::splat(rule.from_start[k * n + i]);
-                        add_scaled(&mut felt, share, &self.point_force[point(layout, e, k)]);
+                        add_scaled(&mut internal, share, &self.point_force[point(layout, e, k)]);
                     }
-                    self.inner[at] = felt;
+                    self.internal[at] = internal;
                     let node = element.first_node + i;
                     let t = tangent(&poses.rotation[at]);
-                    let (push, stretch) = (inner(&felt, &t), poses.stretch[node]);
-                    add_scaled(&mut moment, length * stretch, &cross(&t, &felt));
+                    let (push, stretch) = (inner(&internal, &t), poses.stretch[node]);
+                    add_scaled(&mut moment, length * stretch, &cross(&t, &internal));
                     self.by_length[e] -= push * stretch;
                     let [offset, slope, _] = state.leader_offset[node];
-                    let felt = &mut self.felt[node * rows..(node + 1) * rows];
-                    felt[local::E1] -= push;
-                    felt[local::KZ] -= push * offset;
-                    felt[local::X] -= push * slope * state.local[node * rows + local::KZ];
+                    let forces = &mut self.local_forces[node * rows..(node + 1) * rows];
+                    forces[local::E1] -= push;
+                    forces[local::KZ] -= push * offset;
+                    forces[local::X] -= push * slope * state.local[node * rows + local::KZ];
                 }
                 add_scaled(&mut moment, S::one(), &self.point_moment[at]);
                 self.moment[at] = moment;
@@ -188,8 +188,9 @@ impl<S: Real> Assembly<S> {
                 for (m, (pull, alpha)) in pull.iter().zip(&step.magnus.alpha).enumerate() {
                     by_length += inner(pull, alpha);
                     for (j, share) in rule.magnus[m][i * n..(i + 1) * n].iter().enumerate() {
-                        let felt = &mut self.felt[(element.first_node + j) * rows..][..3];
-                        axpy(felt, S::splat(-share), pull.as_slice());
+                        let slopes =
+                            &mut self.local_forces[(element.first_node + j) * rows..][..field::CURVATURES];
+                        axpy(slopes, S::splat(-share), pull.as_slice());
                     }
                 }
             }
@@ -209,40 +210,40 @@ impl<S: Real> Assembly<S> {
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             let length = state.lengths[e];
-            let mut add = |field: usize, row: usize| {
-                let (first, count) = element.modes[field];
+            let mut add = |number: usize, row: usize| {
+                let (first, count) = element.modes[number];
                 if count == 0 {
                     return;
                 }
                 let target = &mut self.gradient[first..first + count];
                 for i in 0..rule.n {
-                    let felt = self.felt[(element.first_node + i) * rows + row];
-                    axpy_table(target, length * felt, &rule.legendre[i * rule.n..i * rule.n + count]);
+                    let force = self.local_forces[(element.first_node + i) * rows + row];
+                    axpy_table(target, length * force, &rule.legendre[i * rule.n..i * rule.n + count]);
                 }
             };
-            for axis in 0..3 {
+            for axis in 0..field::CURVATURES {
                 add(axis, axis);
             }
             for f in 0..followers {
-                add(3 + f, row(f, local::DTH));
+                add(field::angle(f), row(f, local::DTH));
             }
             if layout.stretch {
-                add(3 + followers, local::E1);
+                add(field::stretch(followers, 0), local::E1);
                 for f in 0..followers {
-                    add(4 + followers + f, row(f, local::EK));
+                    add(field::stretch(followers, f + 1), row(f, local::EK));
                 }
             }
             for i in 0..if layout.edges.is_empty() { 0 } else { rule.n } {
                 let node = element.first_node + i;
-                let felt = &self.felt[node * rows..(node + 1) * rows];
+                let forces = &self.local_forces[node * rows..(node + 1) * rows];
                 // What a moving label changes by itself.
                 let [twist, _] = state.leader_twist(node);
-                let mut by_label = felt[local::X] + felt[local::KX] * twist;
+                let mut by_label = forces[local::X] + forces[local::KX] * twist;
                 for f in 0..followers {
                     let rest = &state.rest[node * followers + f];
                     // Without the share of the modes: the label changes θ_k' at rest alone.
-                    let rate = felt[row(f, local::DTH)] - self.angle_adjoint[node * followers + f];
-                    by_label += felt[row(f, local::TH)] * rest[1] + rate * rest[2];
+                    let rate = forces[row(f, local::DTH)] - self.angle_adjoint[node * followers + f];
+                    by_label += forces[row(f, local::TH)] * rest[1] + rate * rest[2];
                 }
                 for (joint, share) in [(element.start, 1.0 - rule.nodes[i]), (element.end, rule.nodes[i])] {
                     if let Joint::Edge { unknown, .. } = joint {

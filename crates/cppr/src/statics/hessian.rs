@@ -11,7 +11,7 @@ use super::assembly::{Assembly, Efforts, Setting, add_outer, turn_at_base};
 use super::{energy, weight};
 use crate::dense::{axpy, axpy_table};
 use crate::kinematics::follower::local;
-use crate::kinematics::layout::Layout;
+use crate::kinematics::layout::{Layout, field};
 use crate::kinematics::pose::{Poses, point};
 use crate::kinematics::state::{State, row};
 use crate::real::Real;
@@ -42,9 +42,8 @@ impl<S: Real> Assembly<S> {
                 energy::leader_second(&jets[0], own, moving, &mut |a, b, value| form[a][b] += value * weight);
                 if let Some(gravity) = &gravity {
                     let body = poses.rotation[at].transpose() * gravity;
-                    let [d, d1, d2] = jets[0].offset;
+                    let [[m, m1, m2], [d, d1, d2]] = weight::weighing(&jets[0]);
                     let arm = gravity.dot(&poses.centre[at]) + d * body.y;
-                    let [m, m1, m2] = jets[0].mass;
                     let bend = m2 * arm + m1 * d1 * body.y * 2.0 + m * d2 * body.y;
                     form[local::X][local::X] -= bend * weight;
                 }
@@ -164,7 +163,7 @@ impl<S: Real> Assembly<S> {
             axpy(&mut along, self.work[row], state.z_row(node, row));
         }
         for f in 0..followers {
-            let (first, count) = element.modes[3 + f];
+            let (first, count) = element.modes[field::angle(f)];
             let adjoint = self.angle_adjoint[node * followers + f];
             let p = &rule.legendre[i * rule.n..i * rule.n + count];
             axpy_table(&mut along[first..first + count], adjoint, p);

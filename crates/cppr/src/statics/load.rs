@@ -178,6 +178,13 @@ impl Loads {
         wrenches.is_empty() && distributed.is_empty() && gravity.is_none() && threads.is_empty()
     }
 
+    /// Do forces act between the ends of elements too?
+    pub(crate) fn act_along(&self) -> bool {
+        // The layout is cut where wrenches act; threads pull at the tip.
+        let Self { wrenches: _, distributed, gravity, threads: _ } = self;
+        gravity.is_some() || !distributed.is_empty()
+    }
+
     /// The same loads, each multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {

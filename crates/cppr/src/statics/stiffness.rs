@@ -6,7 +6,7 @@
 //! term per node (centreline) and one per rotation step, as in a backward recursion along a beam.
 
 use super::assembly::{Assembly, Setting, add_outer};
-use super::load::Applied;
+use super::load::{Applied, Loads};
 use crate::dense::{add_rows, add_scaled, axpy, column, cross, dot, inner, times};
 use crate::kinematics::follower::local;
 use crate::kinematics::layout::Layout;
@@ -21,8 +21,8 @@ use nalgebra::{Matrix3, Vector3};
 // `distributed_hessian`. In the first, c_uu of one point is itself a sum over all steps between it and the base. Summed over the
 // points first instead, with n and μ of everything beyond a step, each step contributes once:
 //
-//   centreline  c = Σ ℓ w g t    →   −ℓ w n·(g_u ⊗ t_u + t_u ⊗ g_u + g t_uu) ,   t_u = φ_u × t             (`step_hessian`)
-//   rotation    R⁺ = R exp Ω^    →   −μ·(φ of the step)_uu: the derivative of J along δΩ and Ω_αα            (`spin_hessian`)
+//   centreline  c = Σ ℓ w g t    →   −ℓ w n·(g_u ⊗ t_u + t_u ⊗ g_u + g t_uu) ,   t_u = φ_u × t             (`spin_hessian`)
+//   rotation    R⁺ = R exp Ω^    →   −μ·(φ of the step)_uu: the derivative of J along δΩ and Ω_αα            (`step_hessian`)
 //
 // n and μ come from the gradient's pass, which is why this one needs nothing but rows of single steps.
 
@@ -46,10 +46,10 @@ impl<S: Real> Assembly<S> {
             self.point_force[*at] += load.force;
             self.point_moment[*at] += load.moment + load.arm.cross(&load.force);
         }
-        let gravity = setting.gravity::<S>();
-        if gravity.is_none() && setting.kinds().distributed.is_empty() {
+        if !setting.kinds().act_along() {
             return;
         }
+        let gravity = setting.gravity::<S>();
         for (e, element) in layout.elements.iter().enumerate() {
             let rule = &layout.rules[element.rule];
             for i in 0..rule.n {
@@ -134,7 +134,9 @@ impl<S: Real> Assembly<S> {
         let layout = setting.layout;
         let gravity = setting.gravity::<S>();
         let moving = !layout.edges.is_empty();
-        if gravity.is_none() && (setting.kinds().distributed.is_empty() || !moving) {
+        // Wrenches and threads are concentrated; a dead force per label changes with the labels alone.
+        let Loads { gravity: _, distributed, wrenches: _, threads: _ } = setting.kinds();
+        if gravity.is_none() && (distributed.is_empty() || !moving) {
             return;
         }
         let (rows, followers, n_u, posed) = (layout.rows(), layout.tubes - 1, state.unknowns, poses.posed);
@@ -221,7 +223,7 @@ impl<S: Real> Assembly<S> {
     }
 
     /// What the spin φ of a point does: to the centreline's rate there, if it is a node, and to the rotation step after it.
-    /// With n the force that the rate feels, A = −ℓ g (n tᵀ − n·t 1), u = t × n and r = dg/du,
+    /// With n the internal force there, A = −ℓ g (n tᵀ − n·t 1), u = t × n and r = dg/du,
     /// −n·∂²(g t) = φ_aᵀ A φ_b − ℓ (u·φ_a r_b + r_a u·φ_b), without the part through second rotations; and with the moment μ
     /// from that step on, −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b.
     fn spin_hessian(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
@@ -231,16 +233,16 @@ impl<S: Real> Assembly<S> {
         let spin = &poses.spin[at * 3 * posed..(at + 1) * 3 * posed];
         let (mut form, mut across, mut stretched) = (Matrix3::zeros(), Vector3::zeros(), 0..0);
         if is_node {
-            let (felt, node) = (&self.inner[at], element.first_node + i);
+            let (internal, node) = (&self.internal[at], element.first_node + i);
             let t = tangent(&poses.rotation[at]);
-            let (factor, push) = (-length * poses.stretch[node], inner(felt, &t));
+            let (factor, push) = (-length * poses.stretch[node], inner(internal, &t));
             for row in 0..3 {
                 for column in 0..3 {
-                    form[(row, column)] = felt[row] * t[column] * factor;
+                    form[(row, column)] = internal[row] * t[column] * factor;
                 }
                 form[(row, row)] -= push * factor;
             }
-            across = cross(&t, felt);
+            across = cross(&t, internal);
             stretch_row(layout, state, e, node, &mut self.stretch_row);
             stretched = if edges > 0 || layout.stretch { 0..posed } else { element.bends_z() };
         }
@@ -268,18 +270,18 @@ impl<S: Real> Assembly<S> {
         }
     }
 
-    /// The same by what moves the element: its length, and D_1 and K_Z under a moving label.
+    /// The second derivatives of −n·(g t) at a node by what moves its element: the length, and D_1 and K_Z under a moving label.
     fn moving_centreline(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
         let (n_u, posed) = (state.unknowns, poses.posed);
         let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
-        let (felt, length, g) = (&self.inner[at], state.lengths[e], poses.stretch[node]);
+        let (internal, length, g) = (&self.internal[at], state.lengths[e], poses.stretch[node]);
         let t = tangent(&poses.rotation[at]);
-        let push = inner(felt, &t);
+        let push = inner(internal, &t);
         self.turn_row.clear();
         self.turn_row.resize(posed, S::zero());
         add_rows(
             &mut self.turn_row,
-            &(cross(&t, felt) * g),
+            &(cross(&t, internal) * g),
             &poses.spin[at * 3 * posed..(at + 1) * 3 * posed],
             0,
         );

@@ -2,7 +2,7 @@
 //! centroid, and its derivatives by the local variables.
 
 use super::assembly::{Assembly, Setting};
-use crate::design::fields::FieldJets;
+use crate::design::fields::{FieldJets, Jet};
 use crate::kinematics::follower::{Facing, local};
 use crate::kinematics::state::{State, row};
 use crate::real::Real;
@@ -26,25 +26,31 @@ impl<S: Real> Assembly<S> {
         let slopes = &mut self.slopes[node * rows..(node + 1) * rows];
         let body = rotation.transpose() * gravity;
         let height = gravity.dot(centre);
-        let leader = &self.jets[node * layout.tubes];
-        let arm = height + leader.offset[0] * body.y;
-        self.values[node] -= leader.mass[0] * arm * weight;
-        slopes[local::X] -= (leader.mass[1] * arm + leader.mass[0] * leader.offset[1] * body.y) * weight;
+        let [mass, offset] = weighing(&self.jets[node * layout.tubes]);
+        let arm = height + offset[0] * body.y;
+        self.values[node] -= mass[0] * arm * weight;
+        slopes[local::X] -= (mass[1] * arm + mass[0] * offset[1] * body.y) * weight;
         for f in 0..followers {
-            let jets = &self.jets[node * layout.tubes + f + 1];
+            let [mass, offset] = weighing(&self.jets[node * layout.tubes + f + 1]);
             let facing = &state.facing[node * followers + f];
             let along = facing.sin * body.z - facing.cos * body.y;
             let across = facing.sin * body.y + facing.cos * body.z;
-            let arm = height + jets.offset[0] * along;
-            let [m, m1, _] = jets.mass.map(|m| m * weight);
+            let arm = height + offset[0] * along;
+            let [m, m1, _] = mass.map(|m| m * weight);
             self.values[node] -= m * facing.h * arm;
             for (variable, slope) in facing.dh.iter().enumerate() {
                 slopes[row(f, variable)] -= m * arm * *slope;
             }
-            slopes[row(f, local::FACE)] -= facing.h * (m1 * arm + m * jets.offset[1] * along);
-            slopes[row(f, local::TH)] -= m * facing.h * jets.offset[0] * across;
+            slopes[row(f, local::FACE)] -= facing.h * (m1 * arm + m * offset[1] * along);
+            slopes[row(f, local::TH)] -= m * facing.h * offset[0] * across;
         }
     }
+}
+
+/// Mass and offset: the fields on which a tube's weight depends.
+pub(super) fn weighing<S: Real>(fields: &FieldJets<S>) -> [Jet<S>; 2] {
+    let FieldJets { mass, offset, bending_y: _, bending_z: _, torsion: _, axial: _, direction: _ } = *fields;
+    [mass, offset]
 }
 
 /// Second derivatives of −w m |h| γ·(c + R o) by the local variables (`add(i, j, value)` takes each pair once), without
@@ -61,8 +67,8 @@ pub(super) fn second<S: Real>(
     let body = rotation.transpose() * gravity;
     let along = facing.sin * body.z - facing.cos * body.y;
     let across = facing.sin * body.y + facing.cos * body.z;
-    let [d, d1, d2] = jets.offset;
-    let [m, m1, m2] = jets.mass.map(|m| m * -weight);
+    let [mass, [d, d1, d2]] = weighing(jets);
+    let [m, m1, m2] = mass.map(|m| m * -weight);
     let arm = gravity.dot(centre) + d * along;
     // S(x, θ) = m · arm, so that F = −w h S.
     let (by_face, by_angle) = (m1 * arm + m * d1 * along, m * d * across);
