@@ -101,3 +101,30 @@ fn every_output_has_a_short_form() {
         assert!(help.contains("-o, --output <"), "cppr {task} has no -o");
     }
 }
+
+/// Reference data, sources and tests cite pages of the book: `docs/src/….md`. All of them exist.
+#[test]
+fn cited_pages_exist() {
+    let mut seen = 0;
+    let crates = std::fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path());
+    let mut folders: Vec<_> = crates.flat_map(|own| [own.join("src"), own.join("tests")]).collect();
+    while let Some(folder) = folders.pop() {
+        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        for path in entries.map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let Ok(content) = std::fs::read_to_string(&path) else { continue };
+            let pages = content.match_indices("docs/src/").filter_map(|(at, _)| {
+                let end = |c: char| !(c.is_alphanumeric() || "/-_.".contains(c));
+                content[at..].split(end).next().filter(|page| page.ends_with(".md"))
+            });
+            for page in pages {
+                assert!(root().join(page).is_file(), "{} cites {page}", path.display());
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen >= 10, "only {seen} citations found");
+}

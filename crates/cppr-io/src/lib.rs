@@ -4,6 +4,21 @@
 //! [`cppr::design::RobotDesign`] or into [`Problems`]: everything that is wrong with it at once, each
 //! with its line and with what to write instead. A result is written as JSON ([`result`], everything) or CSV
 //! ([`result_csv`], the fields along the robot).
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # std::env::set_current_dir("../..")?;
+//! use cppr::solve::{Command, Solver};
+//!
+//! let robot = cppr_io::read_robot("robots/r3.toml")?;
+//! let mut solver = Solver::new(&robot);
+//! let eq = solver.solve(&Command::pull(&[5e-3]))?;
+//! println!("{}: tip {} mm", eq.status(), eq.tip().centre * 1e3);
+//! let tip_jacobian = solver.sensitivity(&eq)?.tip_jacobian;
+//! # assert!((eq.tip().centre.x - 134.383e-3).abs() < 1e-6 && tip_jacobian.ncols() == 2);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod continuation;
 mod cursor;
