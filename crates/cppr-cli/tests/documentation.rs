@@ -118,7 +118,10 @@ fn cited_pages_exist() {
             let Ok(content) = std::fs::read_to_string(&path) else { continue };
             let pages = content.match_indices("docs/src/").filter_map(|(at, _)| {
                 let end = |c: char| !(c.is_alphanumeric() || "/-_.".contains(c));
-                content[at..].split(end).next().filter(|page| page.ends_with(".md"))
+                content[at..]
+                    .split(end)
+                    .next()
+                    .filter(|page| std::path::Path::new(page).extension().is_some_and(|e| e == "md"))
             });
             for page in pages {
                 assert!(root().join(page).is_file(), "{} cites {page}", path.display());
