@@ -1,6 +1,7 @@
 //! Measurements as CSV.
 //!
-//! One row per measured point. Columns in any order; the unit is in the name.
+//! One row per measured point. Columns in any order; the unit is in the name. How columns are separated and numbers written,
+//! [`cppr_io::csv_table`] says.
 //!
 //! | column | meaning | default |
 //! |---|---|---|
@@ -15,7 +16,7 @@
 //! | `sigma_mm`, `sigma_deg` | standard deviation of a coordinate, of a direction | 1 |
 
 use cppr::Vector3;
-use std::fmt;
+use cppr_io::csv_table::{Row, Table, TableProblem};
 
 /// What was measured: the centreline or the centroid line of a tube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,23 +55,6 @@ pub struct Measurement {
     /// Standard deviation of the direction (rad).
     pub sigma_direction: f64,
 }
-
-/// What is wrong with a file of measurements.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DataProblem {
-    /// Line of the file, from 1.
-    pub row: usize,
-    /// What, and what to write instead.
-    pub message: String,
-}
-
-impl fmt::Display for DataProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}: {}", self.row, self.message)
-    }
-}
-
-impl std::error::Error for DataProblem {}
 
 /// What a column holds.
 #[derive(Clone, Copy)]
@@ -123,22 +107,17 @@ fn column(name: &str) -> Option<Column> {
 ///
 /// # Errors
 /// Every problem of the file.
-pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<DataProblem>> {
-    let mut problems = Vec::new();
-    let mut problem = |row: usize, message: String| problems.push(DataProblem { row, message });
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let head = match reader.headers() {
-        Ok(head) => head.clone(),
-        Err(error) => return Err(vec![DataProblem { row: 1, message: format!("not a table: {error}") }]),
-    };
+pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<TableProblem>> {
+    let (table, mut problems) = Table::parse(text);
+    let mut problem = |line: usize, message: String| problems.push(TableProblem { line, message });
+    let head = table.head.line;
     let mut columns = Vec::new();
-    for name in &head {
+    for name in &table.head.fields {
         let found = column(name);
         match found {
-            None => problem(1, format!("there is no column {name}; known are {KNOWN}")),
+            None => problem(head, format!("there is no column {name}; known are {KNOWN}")),
             Some(Column::Pull(k) | Column::Rotate(k)) if k >= followers => {
-                problem(1, format!("{name}: the robots have followers 2 to {}", followers + 1));
+                problem(head, format!("{name}: the robots have followers 2 to {}", followers + 1));
             }
             Some(_) => {}
         }
@@ -146,42 +125,33 @@ pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<DataPr
     }
     if !columns.iter().any(|c| matches!(c, Some(Column::Point(_) | Column::Direction(_)))) {
         problem(
-            1,
+            head,
             "nothing is measured: give x_mm, y_mm, z_mm or direction_x, direction_y, direction_z".into(),
         );
     }
     let mut list = Vec::new();
-    for record in reader.records() {
-        let record = match record {
-            Ok(record) => record,
-            Err(error) => {
-                let row = error.position().map_or(0, |p| usize::try_from(p.line()).unwrap_or(0));
-                problem(row, format!("{error}"));
-                continue;
-            }
-        };
-        let row = record.position().map_or(0, |p| usize::try_from(p.line()).unwrap_or(0));
-        match measurement(&record, &columns, &head, row, followers) {
+    for row in &table.rows {
+        match measurement(row, &columns, &table.head.fields, followers) {
             Ok(measurement) => list.push(measurement),
-            Err(messages) => messages.into_iter().for_each(|m| problem(row, m)),
+            Err(messages) => messages.into_iter().for_each(|m| problem(row.line, m)),
         }
     }
     if list.is_empty() && problems.is_empty() {
-        problems.push(DataProblem { row: 1, message: "there are no measurements below the head".into() });
+        let message = "there are no measurements below the head".into();
+        problems.push(TableProblem { line: head, message });
     }
     if problems.is_empty() { Ok(list) } else { Err(problems) }
 }
 
 fn measurement(
-    record: &csv::StringRecord,
+    row: &Row,
     columns: &[Option<Column>],
-    head: &csv::StringRecord,
-    row: usize,
+    head: &[String],
     followers: usize,
 ) -> Result<Measurement, Vec<String>> {
     let nothing = f64::NAN;
     let mut m = Measurement {
-        row,
+        row: row.line,
         robot: String::new(),
         pulls: vec![0.0; followers],
         rotations: vec![0.0; followers],
@@ -196,20 +166,20 @@ fn measurement(
     };
     let mut direction = Vector3::new(nothing, nothing, nothing);
     let mut wrong = Vec::new();
-    for ((field, column), name) in record.iter().zip(columns).zip(head) {
+    for ((field, column), name) in row.fields.iter().zip(columns).zip(head) {
         let Some(column) = column else { continue };
         if field.is_empty() {
             continue;
         }
         let number = match column {
             Column::Robot => {
-                m.robot = field.into();
+                m.robot.clone_from(field);
                 continue;
             }
             Column::Line => {
                 let tube =
                     field.strip_prefix("tube").and_then(|k| k.parse::<usize>().ok()).filter(|k| *k >= 1);
-                match (field, tube) {
+                match (field.as_str(), tube) {
                     ("centre", _) => m.line = Line::Centre,
                     (_, Some(k)) => m.line = Line::Tube(k - 1),
                     _ => wrong.push(format!("line is centre or tube1, tube2, …, not {field}")),

@@ -2,8 +2,9 @@
 
 use crate::data::{Line, Measurement};
 use crate::parameter::{Parameter, ParameterProblem, apply};
+use crate::units;
 use cppr::Vector3;
-use cppr::analysis::Perturbed;
+use cppr::analysis::{Perturbed, absurd_demand};
 use cppr::design::{Robot, RobotDesign};
 use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
 use cppr::statics::{Loads, RotationMeans, Wrench};
@@ -155,6 +156,8 @@ pub fn fit(
         evaluations: RefCell::new(0),
     };
     let before = problem.evaluate(false)?;
+    units::not_all_at_the_plate(measurements, &before.plain)
+        .map_err(|(row, why)| FitProblem::Measurement(row, why))?;
     let numbers = before.weighted.len();
     if numbers <= list.len() {
         return Err(FitProblem::TooFew(numbers, list.len()));
@@ -206,6 +209,9 @@ fn robot_of(designs: &[RobotDesign], m: &Measurement) -> Result<usize, FitProble
             design.length * 1e3
         ));
     }
+    if let Err(why) = units::within_reach(m, design) {
+        return fail(why);
+    }
     Ok(index)
 }
 
@@ -236,7 +242,7 @@ struct Evaluation {
 /// What to do where the search runs astray.
 const CHECK: &str = "Check the frame and the units of the data, and begin nearer to the truth";
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
 fn command(m: &Measurement, followers: usize) -> Command {
     let actuators = (0..followers)
@@ -303,6 +309,9 @@ impl Problem<'_> {
                 return Err(FitProblem::Stopped);
             }
             let command = command(m, solver.robot().follower_count());
+            if let Some(demand) = absurd_demand(solver.robot(), &command) {
+                return Err(FitProblem::Measurement(m.row, demand.to_string()));
+            }
             let found = match &self.last.borrow()[i] {
                 Some(start) => solver.solve_from(&command, start),
                 None => solver.solve(&command),

@@ -9,8 +9,9 @@ mod data;
 mod file;
 mod fit;
 mod parameter;
+mod units;
 
-pub use data::{DataProblem, Line, Measurement, read};
+pub use data::{Line, Measurement, read};
 pub use file::{FileProblem, fitted_file};
 pub use fit::{Estimate, Fit, FitProblem, Residual, fit};
 pub use parameter::{Kind, Parameter, ParameterProblem};

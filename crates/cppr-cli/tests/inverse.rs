@@ -109,7 +109,10 @@ fn wrong_questions_are_refused() {
         "tube 3 has no such",
     );
     refused(&["reach", "robots/r1.toml", "--position", "1,2,3mm", "--tension", "20N"], "no bounds follow");
-    refused(&["match", "robots/r1.toml", "--points", "robots/r1.toml"], "robots/r1.toml: line 1");
+    refused(
+        &["match", "robots/r1.toml", "--points", "robots/r1.toml"],
+        "robots/r1.toml: line 6: the column name",
+    );
     refused(&["match", "robots/r1.toml", "--points", "no/such.csv"], "cannot be read");
     refused(&["sense", "robots/r1.toml"], "say what was measured");
     refused(&["sense", "robots/r1.toml", "--tension", "1N", "--measured-tension", "1N"], "is prescribed");

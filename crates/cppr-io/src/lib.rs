@@ -21,6 +21,7 @@
 //! ```
 
 pub mod continuation;
+pub mod csv_table;
 mod cursor;
 mod keys;
 mod material;

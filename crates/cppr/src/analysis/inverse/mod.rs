@@ -48,6 +48,22 @@ pub enum InverseProblem {
     NotFinite(&'static str),
     /// A point lies off the robot's labels (m).
     Label(f64),
+    /// A point lies where the robot cannot be.
+    Beyond {
+        /// Which, from 1.
+        point: usize,
+        /// How far from the baseplate's centre (m).
+        distance: f64,
+        /// The robot's length (m).
+        length: f64,
+    },
+    /// All points lie at the baseplate.
+    AllAtPlate {
+        /// How far the farthest is from its centre (m).
+        distance: f64,
+        /// The robot's length (m).
+        length: f64,
+    },
     /// An effort is measured of an input whose effort is prescribed.
     EffortPrescribed(usize),
     /// No stable equilibrium was found under any value that was tried.
@@ -77,6 +93,19 @@ impl fmt::Display for InverseProblem {
                 write!(f, "{what} is not a finite number, or its deviation is not positive")
             }
             Self::Label(x) => write!(f, "a point at {:.3} mm lies off the robot", x * 1e3),
+            Self::Beyond { point, distance, length } => write!(
+                f,
+                "point {point} lies {:.3} mm from the baseplate, out of reach of a robot {:.3} mm long. Check the unit and the \
+                 frame",
+                distance * 1e3,
+                length * 1e3
+            ),
+            Self::AllAtPlate { distance, length } => write!(
+                f,
+                "all points lie within {:.3} mm of the baseplate's centre, but the robot is {:.3} mm long. Check the unit",
+                distance * 1e3,
+                length * 1e3
+            ),
             Self::EffortPrescribed(tube) => {
                 write!(
                     f,
@@ -140,6 +169,13 @@ pub fn free_near(start: &Equilibrium) -> Vec<FreeInput> {
         })
         .filter(|free| free.bounds[0] < free.bounds[1] && free.bounds[1].is_finite())
         .collect()
+}
+
+/// How far from the baseplate's centre the section at label X can be seen (m). The centreline is some per cent longer or shorter
+/// than its label where the leader bends, and frames are known to so much; beyond, the unit is mistaken.
+#[must_use]
+pub fn farthest(label: f64, length: f64) -> f64 {
+    label + 0.25 * length
 }
 
 /// The command with free inputs at the given values.

@@ -5,7 +5,7 @@
 
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use super::{FreeInput, InverseProblem, STARTS, Search, check, columns};
+use super::{FreeInput, InverseProblem, STARTS, Search, check, columns, farthest};
 use crate::solve::{Command, Equilibrium, Solver};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -37,6 +37,10 @@ pub struct ShapeMatch {
     pub rms: f64,
 }
 
+/// Farther than so many standard deviations beyond the robot's reach no point lies by chance.
+const DEVIATIONS: f64 = 5.0;
+/// Points that are all nearer to the baseplate than this part of the length show nothing: they are given in another unit.
+const SLIP: f64 = 0.01;
 /// Sections among which the nearest place is looked for, less one.
 const SPACES: u32 = 100;
 
@@ -56,17 +60,7 @@ impl Solver {
         if points.is_empty() {
             return Err(InverseProblem::NothingGiven);
         }
-        for point in points {
-            let finite = point.position.iter().all(|c| c.is_finite());
-            if !(finite && point.deviation.is_finite() && point.deviation > 0.0) {
-                return Err(InverseProblem::NotFinite("a point"));
-            }
-            if let Some(label) =
-                point.label.filter(|x| !(0.0..=self.robot.length() * (1.0 + 1e-9)).contains(x))
-            {
-                return Err(InverseProblem::Label(label));
-            }
-        }
+        check_points(points, self.robot.length())?;
         // A point without label says nothing along the line.
         let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
         if numbers < free.len() {
@@ -110,6 +104,29 @@ impl Solver {
             distances,
         })
     }
+}
+
+/// Are the points finite, and where a robot of this length may be?
+fn check_points(points: &[ShapePoint], length: f64) -> Result<(), InverseProblem> {
+    for (point, number) in points.iter().zip(1..) {
+        let finite = point.position.iter().all(|c| c.is_finite());
+        if !(finite && point.deviation.is_finite() && point.deviation > 0.0) {
+            return Err(InverseProblem::NotFinite("a point"));
+        }
+        if let Some(label) = point.label.filter(|x| !(0.0..=length * (1.0 + 1e-9)).contains(x)) {
+            return Err(InverseProblem::Label(label));
+        }
+        let distance = point.position.norm();
+        if distance > farthest(point.label.unwrap_or(length), length) + DEVIATIONS * point.deviation {
+            return Err(InverseProblem::Beyond { point: number, distance, length });
+        }
+    }
+    let distance = points.iter().map(|p| p.position.norm()).fold(0.0, f64::max);
+    let looked_at = |p: &ShapePoint| p.label.is_none_or(|x| x > SLIP * length);
+    if distance < SLIP * length && points.iter().any(looked_at) {
+        return Err(InverseProblem::AllAtPlate { distance, length });
+    }
+    Ok(())
 }
 
 /// Where the points lie against the centreline.
