@@ -17,6 +17,8 @@ const KEYS: [&str; 8] =
 const MOST: u32 = 10_000;
 /// Abscissae at which the depth of an interpolated pattern is looked at.
 const SAMPLES: u16 = 512;
+/// A depth below 0 by less (m) is 0 but for rounding.
+const NO_DEPTH: f64 = 1e-12;
 /// Share of a cell by which a pattern may outgrow the tube through rounding of decimal numbers.
 const ROUNDING: f64 = 1e-9;
 
@@ -219,7 +221,7 @@ fn check_curve(written: &Written, depth: &Profile, outline: &Outline, length: f6
     let worst = (0..=SAMPLES)
         .map(|i| length * f64::from(i) / f64::from(SAMPLES))
         .map(|x| (x, depth.eval(x, length)[0]))
-        .find(|(_, value)| !(*value >= 0.0 && *value < outline.depth_limit() - LEAST_WALL));
+        .find(|(_, value)| !(*value >= -NO_DEPTH && *value < outline.depth_limit() - LEAST_WALL));
     if let Some((x, value)) = worst {
         let message = format!("the curve through these depths is {} at x = {}", print_mm(value), print_mm(x));
         let help = format!(

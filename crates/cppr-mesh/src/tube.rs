@@ -4,7 +4,7 @@
 //! in m. At abscissa x inside a notch the section is what the mechanics computes with: the uncut ring without
 //! its part Y ≤ α, α = γ(x) − ρ̄, Y along the centroid direction φ(x) ([`cppr::design::section`]). A notch thus
 //! has a floor parallel to Z and flat flanks across the axis; where depth or direction change along the tube, they
-//! change inside a notch too, and its floor is a ruled surface. Between notches the ring is whole.
+//! change inside a notch too, and its floor is a ruled surface. Between notches, and where their depth is 0, the ring is whole.
 
 use crate::body::{Body, Whole};
 use crate::contour::Contour;
@@ -121,14 +121,15 @@ impl<'a> TubeBody<'a> {
         let [outer, bore] = contours(&design.outline);
         check(options, &outer)?;
         let length = file.design.length;
-        let notches = pattern.map_or_else(Vec::new, |p| notches(&p, options.below, design.below));
+        let spans = pattern.map_or_else(Vec::new, |p| notches(&p, options.below, design.below));
         let widest = options.flange.map_or(0.0, |f| f.radius).max(outer.reach());
         let sagging = 2.0 * (1.0 - (options.detail.chord / widest).min(1.0)).acos();
         let step = sagging.min(options.detail.turn);
         // The flats of a polygon that winds are divided as circles are.
         let divided = options.flange.is_some() || !design.direction.is_constant();
         let sampling = Sampling::new(outer, bore, divided, step);
-        let body = Self { design, length, notches, options: *options, sampling };
+        let mut body = Self { design, length, notches: Vec::new(), options: *options, sampling };
+        body.notches = spans.into_iter().flat_map(|span| body.notched(span)).collect();
         body.limit()?;
         Ok(body)
     }
@@ -143,6 +144,33 @@ impl<'a> TubeBody<'a> {
             return Err(MeshError::TooFine { triangles });
         }
         Ok(())
+    }
+
+    /// The parts of a notch that cut anything: none where its depth is 0, and not all where that begins or ends inside it.
+    fn notched(&self, [from, to]: Span) -> Vec<Span> {
+        const SAMPLES: u32 = 32;
+        let cuts = |x: f64| self.cut(x).alpha > -self.sampling.outer.inradius;
+        let mut parts: Vec<Span> = Vec::new();
+        let mut begun = cuts(from).then_some(from);
+        let mut last = from;
+        for i in 1..=SAMPLES {
+            let x = if i == SAMPLES { to } else { from + (to - from) * f64::from(i) / f64::from(SAMPLES) };
+            if cuts(x) != begun.is_some() {
+                // Halved to rounding: where depth jumps, so does the cut.
+                let (mut off, mut on) = if begun.is_some() { (x, last) } else { (last, x) };
+                while (0.5 * (off + on) - off).abs() > f64::EPSILON * self.length {
+                    let middle = 0.5 * (off + on);
+                    *(if cuts(middle) { &mut on } else { &mut off }) = middle;
+                }
+                match begun.take() {
+                    Some(start) => parts.push([start, on]),
+                    None => begun = Some(on),
+                }
+            }
+            last = x;
+        }
+        parts.extend(begun.map(|start| [start, to]));
+        parts
     }
 
     /// Depth of the notches γ (m).

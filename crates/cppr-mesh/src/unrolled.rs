@@ -94,7 +94,10 @@ fn narrowed(path: Vec<[f64; 2]>, kerf: f64) -> Option<Vec<[f64; 2]>> {
         line.add(u * 1e3, v * 1e3, 0.0);
     }
     match &line.parallel_offset(0.5e3 * kerf)[..] {
-        [inside] => Some(inside.iter_vertexes().map(|v| [v.x * 1e-3, v.y * 1e-3]).collect()),
+        // A path narrower than the kerf may come out again on its other side.
+        [inside] if inside.area() > 0.0 => {
+            Some(inside.iter_vertexes().map(|v| [v.x * 1e-3, v.y * 1e-3]).collect())
+        }
         _ => None,
     }
 }

@@ -7,7 +7,7 @@ use common::{shipped, single};
 use cppr::Vector3;
 use cppr_mesh::{
     CUT_LAYER, Detail, Flange, Flaws, Mesh, OUTLINE_LAYER, Part, TubeOptions, Unrolled, UnrolledOptions, dxf,
-    glb, gltf, obj, stl, three_mf, tube_mesh, unrolled,
+    glb, gltf, obj, stl, three_mf, tube_mesh, tube_volume, unrolled,
 };
 use std::io::Cursor;
 
@@ -200,6 +200,31 @@ fn openings_rolled_up_lie_on_the_edges_of_the_body() {
             assert!(nearest < 1e-9, "{name}, tube {}: {nearest} at {u}, {v}", tube + 1);
         }
     }
+}
+
+/// A laser-cut tube: uncut shaft and tip, written with a table that leaves the pattern where it is.
+#[test]
+fn nothing_is_cut_where_the_depth_is_zero() {
+    let cut = |depths: &str| {
+        single(&format!(
+            "outer_radius_mm = 3\ninner_radius_mm = 2\n[tube.notches]\nlength_mm = 0.5\ntooth_mm = 0.3\n\
+             depth_mm = {{ x_mm = [0, 20, 20.01, 50, 50.01, 60], depth_mm = {depths} }}"
+        ))
+    };
+    let file = cut("[0, 0, 4, 4, 0, 0]");
+    for kerf in [0.0, 0.02] {
+        let options = UnrolledOptions { tolerance: 0.01 * MM, kerf: kerf * MM, below: 0.0 };
+        let pattern = unrolled(&file, 0, &options).unwrap();
+        // Notches k reach from 0.15 + 0.8 k to 0.65 + 0.8 k mm: 25 to 62, the last of them cut short.
+        assert_eq!(pattern.openings.len(), 38, "kerf {kerf}");
+        let ends = |path: &Vec<[f64; 2]>| path.iter().all(|p| p[0] > 20.0 * MM && p[0] < 50.01 * MM);
+        assert!(pattern.openings.iter().all(|path| area(path) > 0.0 && ends(path)));
+        assert!(unrolled(&cut("[0, 0, 0, 0, 0, 0]"), 0, &options).unwrap().openings.is_empty());
+    }
+    let options = TubeOptions::plain(Detail::workshop(0.01 * MM));
+    let mesh = tube_mesh(&file, 0, &options).unwrap();
+    assert_eq!(mesh.flaws(), Flaws::default());
+    assert!((mesh.volume() / tube_volume(&file, 0, &options).unwrap() - 1.0).abs() < 1e-3);
 }
 
 #[test]
