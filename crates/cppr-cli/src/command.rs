@@ -72,7 +72,7 @@ pub struct RestArgs {
     /// --rotate means the angle between follower and leader at the plate (the paper's Figure 22), not the motor
     #[arg(long)]
     relative_angle: bool,
-    /// Where the tip force acts, in the tip's frame; default its centre
+    /// Where --tip-force acts, in the tip's frame; default its centre
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Length))]
     tip_point: Option<[f64; 3]>,
     /// Tip force and moment turn with the tip
@@ -87,9 +87,10 @@ pub struct RestArgs {
     /// Gravity on all tubes, for instance 0,0,-9.81m/s2
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Acceleration))]
     gravity: Option<[f64; 3]>,
-    /// Thread from the tip over a pulley, for instance 0.1962N:150,-24,0mm or, with radius and
-    /// side, 0.1962N:150,-24,0mm:4mm:right
-    #[arg(long, value_name = "FORCE:X,Y,Z[:RADIUS[:SIDE]]", allow_hyphen_values = true, value_parser = thread)]
+    /// Thread from the tip over a pulley, for instance 0.1962N:150,-24,0mm; with radius and side
+    /// 0.1962N:150,-24,0mm:4mm:right; tied not to the tip's centre but at a point of its frame
+    /// 0.1962N:150,-24,0mm:0mm:left:0,3,0mm
+    #[arg(long, value_name = "FORCE:X,Y,Z[:RADIUS[:SIDE[:POINT]]]", allow_hyphen_values = true, value_parser = thread)]
     thread: Vec<Thread>,
     /// Conditions of equilibrium
     #[arg(long, value_enum, default_value_t = FormulationArg::Consistent)]
@@ -132,7 +133,7 @@ fn distributed(text: &str) -> Result<DistributedForce, String> {
 fn thread(text: &str) -> Result<Thread, String> {
     let parts: Vec<&str> = text.split(':').collect();
     let (tension, pulley, rest) = match parts[..] {
-        [tension, pulley, ref rest @ ..] if rest.len() <= 2 => (tension, pulley, rest),
+        [tension, pulley, ref rest @ ..] if rest.len() <= 3 => (tension, pulley, rest),
         _ => return Err("write tension and pulley, for instance 0.1962N:150,-24,0mm:4mm:left".into()),
     };
     let left = match rest.get(1) {
@@ -151,7 +152,7 @@ fn thread(text: &str) -> Result<Thread, String> {
             .first()
             .map_or(Ok(0.0), |r| not_negative("the radius of the pulley", r, Kind::Length))?,
         left,
-        point: Vector3::zeros(),
+        point: rest.get(2).map_or(Ok([0.0; 3]), |point| vector(point, Kind::Length))?.into(),
     })
 }
 
@@ -195,8 +196,13 @@ impl CommandArgs {
         if self.rest.follower_load && self.drive.tip_force.is_none() && self.drive.tip_moment.is_none() {
             return fail("--follower-load says how a tip load turns: add --tip-force or --tip-moment");
         }
-        if self.rest.tip_point.is_some() && self.drive.tip_force.is_none() && self.rest.thread.is_empty() {
-            return fail("--tip-point says where a force acts: add --tip-force or --thread");
+        if self.rest.tip_point.is_some() && self.drive.tip_force.is_none() {
+            return fail(if self.rest.thread.is_empty() {
+                "--tip-point says where the tip force acts: add --tip-force"
+            } else {
+                "--tip-point says where the tip force acts: add --tip-force, or write where a thread is tied behind it, as in \
+                 --thread 0.2N:150,-24,0mm:0mm:left:0,3,0mm"
+            });
         }
         if !self.rest.planar {
             return Ok(());
@@ -213,7 +219,7 @@ impl CommandArgs {
             ("--point-force", self.rest.point_force.iter().any(|(_, force)| out(*force))),
             ("--distributed", self.rest.distributed.iter().any(|d| out(d.force.into()))),
             ("--gravity", self.rest.gravity.is_some_and(out)),
-            ("--thread", self.rest.thread.iter().any(|t| out(t.pulley.into()))),
+            ("--thread", self.rest.thread.iter().any(|t| out(t.pulley.into()) || out(t.point.into()))),
         ] {
             if leaves {
                 return Err(Failure::Input(format!(
@@ -260,7 +266,7 @@ impl CommandArgs {
             wrenches,
             distributed: self.rest.distributed.clone(),
             gravity: self.rest.gravity.map(Vector3::from),
-            threads: self.rest.thread.iter().map(|t| Thread { point, ..*t }).collect(),
+            threads: self.rest.thread.clone(),
         }
     }
 }
