@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::command::read_robot;
 use crate::output::print;
-use crate::table::millimetres;
+use crate::table::{beyond_patterns, millimetres};
 use std::path::PathBuf;
 
 /// Shown by `--help`.
@@ -30,6 +30,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 let tubes = if count == 1 { "1 tube".into() } else { format!("{count} tubes") };
                 let plane = if robot.is_planar() { "planar" } else { "in space" };
                 print(&format!("{}: {tubes}, {mm} mm long, {plane}: fine\n", path.display()))?;
+                for text in beyond_patterns(&robot) {
+                    print(&format!("  but {text}\n"))?;
+                }
             }
             Err(
                 Failure::Input(message) | Failure::NoEquilibrium(message) | Failure::Interrupted(message),

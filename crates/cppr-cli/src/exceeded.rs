@@ -7,6 +7,7 @@ use crate::table::plain;
 use cppr::analysis::{Governing, Limit, Teeth, governing};
 use cppr::solve::{Command, Drive, Equilibrium, Solver};
 use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 
 /// The limit of a notch or section that a pose exceeds most.
 pub struct Exceeded {
@@ -14,6 +15,8 @@ pub struct Exceeded {
     /// Greatest part of the command, from rest, that keeps all limits.
     safe: f64,
     command: Command,
+    /// What that part took to find.
+    pub time: Duration,
 }
 
 impl Exceeded {
@@ -21,9 +24,9 @@ impl Exceeded {
     pub fn of(solver: &mut Solver, found: &Equilibrium, teeth: Teeth) -> Option<Self> {
         let sections = solver.section_limits(found, teeth);
         let limit = governing(&sections, None).filter(|worst| worst.utilisation > 1.0)?;
-        let command = found.command().clone();
+        let (command, start) = (found.command().clone(), Instant::now());
         let safe = solver.safe_part(&command, teeth).ok()?.value;
-        Some(Self { limit, safe, command })
+        Some(Self { limit, safe, command, time: start.elapsed() })
     }
 
     /// In a sentence.

@@ -4,7 +4,8 @@ use crate::Failure;
 use crate::command::read_robot;
 use crate::figure;
 use crate::output::{self, is_stdout, note, print, write_or_print};
-use cppr::design::{Robot, TubeDesign};
+use crate::table::{millimetres, plain};
+use cppr::design::{NotchedTube, Robot, TubeDesign};
 use cppr_io::RobotFile;
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
 use std::fmt::Write;
@@ -15,7 +16,10 @@ pub const EXAMPLES: &str = "\
 Examples:
   cppr section robots/r3.toml
   cppr section robots/r3.toml --tube 2 --samples 31 --csv r3-sections.csv
-  cppr section robots/r4.toml --plot r4-sections.png";
+  cppr section robots/r4.toml --plot r4-sections.png
+
+Stiffness and offset are those of the notched section at every x, as the mechanics takes them: the teeth between notches count as
+notched too, whatever tooth_mm is.";
 
 /// Arguments of `cppr section`.
 #[derive(clap::Args)]
@@ -137,7 +141,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for &tube in &tubes {
             for row in rows(tube, args.samples) {
                 // An empty field where the design does not say.
-                let numbers = row.values().map(|v| if v.is_nan() { String::new() } else { v.to_string() });
+                let numbers =
+                    row.values().map(|v| if v.is_nan() { String::new() } else { (v + 0.0).to_string() });
                 let _ = writeln!(text, "{},{}", tube + 1, numbers.join(","));
             }
         }
@@ -180,8 +185,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let _ = writeln!(text, "{}", head.join(" "));
         for row in rows(tube, args.samples) {
             let cells =
-                row.values().map(|v| if v.is_nan() { format!("{:>12}", "-") } else { format!("{v:>12.4}") });
+                row.values().map(|v| format!("{:>12}", if v.is_nan() { "-".into() } else { plain(v, 4) }));
             let _ = writeln!(text, "{}", cells.join(" "));
+        }
+        if let TubeDesign::Notched(NotchedTube { pattern: Some(pattern), .. }) = &file.design.tubes[tube] {
+            let tooth = millimetres(pattern.tooth);
+            let _ = writeln!(
+                text,
+                "the teeth of {tooth} mm count as notched: stiffness does not depend on their length"
+            );
         }
     }
     if args.csv.as_deref().is_some_and(is_stdout) {

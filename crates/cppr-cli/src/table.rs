@@ -25,6 +25,23 @@ pub fn status(found: &Equilibrium) -> String {
     }
 }
 
+/// What the mechanics makes of tubes whose notches end before the tip.
+pub fn beyond_patterns(robot: &Robot) -> Vec<String> {
+    let one = |(tube, end): (usize, f64)| {
+        format!(
+            "the notches of tube {tube} end at {} mm, but it bends as if notched up to the tip; where it is uncut, write depth_mm \
+             as a table over x_mm that ends at 0",
+            millimetres(end)
+        )
+    };
+    robot.ends_of_patterns().into_iter().map(one).collect()
+}
+
+fn duration(time: Duration) -> String {
+    let time = time.as_secs_f64() * 1e6;
+    if time < 1e3 { format!("{time:.0} µs") } else { format!("{:.1} ms", time * 1e-3) }
+}
+
 /// A length in m as millimetres without the noise of the conversion.
 pub fn millimetres(length: f64) -> String {
     format!("{}", (length * 1e9).round() / 1e6)
@@ -98,9 +115,8 @@ pub fn table(
         0 => String::new(),
         n => format!(", {}", counted(n, "load step")),
     };
-    let time = time.as_secs_f64() * 1e6;
-    let time = if time < 1e3 { format!("{time:.0} µs") } else { format!("{:.1} ms", time * 1e-3) };
-    line("cost", format!("{}{steps}, {time}", counted(s.iterations, "Newton step")));
+    let limit = exceeded.map_or(String::new(), |e| format!("; the limit {}", duration(e.time)));
+    line("cost", format!("{}{steps}, {}{limit}", counted(s.iterations, "Newton step"), duration(time)));
     if found.status() == Status::Unstable {
         line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
     }
@@ -108,6 +124,9 @@ pub fn table(
         line("warning", exceeded.text());
     }
     let robot = found.robot();
+    for text in beyond_patterns(robot) {
+        line("warning", text);
+    }
     if let Some(demand) = absurd_demand(robot, found.command()) {
         line("warning", demand.to_string());
     }

@@ -127,6 +127,14 @@ fn beyond_the_limits_of_notches_there_is_a_warning() {
             assert_eq!(result.get("limit_exceeded").is_none(), within, "{share} of {safe} m");
         }
     }
+    // A path whose end is slow to find: the limit takes hundreds of equilibria at most, and the table says how long.
+    let slow = "--pull 2=0.137179mm --pull 3=-0.0612785mm --torque 3=17.9569Nmm --tension 4=-2.15063N \
+        --gravity -5.62332,7.93893,0m/s2";
+    let slow: Vec<&str> = slow.split(' ').collect();
+    let output = cppr(&[&["solve", "crates/cppr-cli/tests/data/slow15.toml"], &slow[..]].concat());
+    let table = text(&output.stdout);
+    let cost = table.lines().find(|line| line.contains("cost")).expect("a cost");
+    assert!(cost.contains("; the limit ") && table.contains("all limits are kept up to"), "{table}");
     let both = cppr(&["solve", "robots/r1.toml", "--pull", "12mm", "--rotate", "50deg"]);
     assert!(text(&both.stdout).contains("% of this command"), "{}", text(&both.stdout));
     let limits = text(&cppr(&["limits", "robots/r1.toml", "--pull", "40mm"]).stdout);
@@ -324,7 +332,11 @@ fn wrong_values_are_refused_with_what_to_write() {
     solve(&["--json", "a", "--csv", "a"], "cannot both go to a");
     solve(&["--json", "robots"], "this is a folder");
     solve(&["--json", "robots/../robots/r1.toml"], "would overwrite the robot");
-    solve(&["--tip-point", "0,1,0mm"], "add --tip-force or --thread");
+    solve(&["--tip-point", "0,1,0mm"], "add --tip-force");
+    solve(
+        &["--tip-point", "0,1,0mm", "--thread", "1N:1,1,1mm"],
+        "--thread 0.2N:150,-24,0mm:0mm:left:0,3,0mm",
+    );
     solve(&["--follower-load"], "add --tip-force or --tip-moment");
     solve(&["--samples", "1"], "2..=100000");
     solve(&["--planar", "--rotate", "5deg"], "planar");
@@ -601,6 +613,20 @@ fn scenarios_say_what_options_say() {
         "60mm:0,0,0.02N",
     ];
     assert_eq!(tip(&["solve", "robots/r1.toml", "--scenario", path]), tip(&options));
+
+    // A thread is tied where it says, wherever the tip force acts.
+    for (tied, point) in [("0,0,0", ""), ("0,2,1", ":0mm:left:0,2,1mm")] {
+        let text = format!(
+            "[[actuator]]\ntube = 2\npull_mm = 3.0\n[tip]\nforce_N = [0, 0, 0.01]\npoint_mm = [0, 3, 0]\n\
+             [[thread]]\ntension_N = 0.5\npulley_mm = [150, -24, 0]\npoint_mm = [{tied}]\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let thread = format!("0.5N:150,-24,0mm{point}");
+        let options =
+            ["--pull", "3mm", "--tip-force", "0,0,0.01N", "--tip-point", "0,3,0mm", "--thread", &thread];
+        let solved = tip(&[&["solve", "robots/r1.toml"], &options[..]].concat());
+        assert_eq!(tip(&["solve", "robots/r1.toml", "--scenario", path]), solved);
+    }
 
     std::fs::write(&file, "[[notches]]\ntube = 1\ndeeper_mm = 0.25\n[[actuator]]\ntube = 2\npull_mm = 6\n")
         .unwrap();

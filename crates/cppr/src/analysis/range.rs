@@ -7,6 +7,7 @@
 //! is exceeded for less than a step of the walk and then kept again is not seen.
 
 use super::limits::{Governing, Teeth, governing};
+use crate::solve::path::settle;
 use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
 use nalgebra::Vector3;
 
@@ -15,9 +16,9 @@ use nalgebra::Vector3;
 pub enum Bound {
     /// A limit is reached.
     Limit(Governing),
-    /// The branch of equilibria ends: the robot folds, snaps or collapses.
+    /// No equilibrium was found beyond that continues this one: the robot folds, snaps or collapses, or the solver failed.
     BranchEnds,
-    /// Nothing was met as far as the search went.
+    /// Nothing was met as far as the search went: to its end, or over as many equilibria as it looks for.
     Open,
 }
 
@@ -73,10 +74,14 @@ impl std::fmt::Display for RangeProblem {
 
 impl std::error::Error for RangeProblem {}
 
-/// Parts of the search's extent: first step, longest step, and how sharply an end is found.
-const FIRST: f64 = 1.0 / 200.0;
-const LONGEST: f64 = 1.0 / 40.0;
+/// First and longest step of a walk along one input, parts of its extent.
+const INPUT: [f64; 2] = [1.0 / 200.0, 1.0 / 40.0];
+/// The same along a whole command.
+const WHOLE: [f64; 2] = [1.0 / 20.0, 1.0 / 6.0];
+/// Part of the extent to which an end is found.
 const SHARP: f64 = 1e-9;
+/// Equilibria that one walk looks for at most.
+const MOST: u32 = 1000;
 /// Bisection and halving of steps stop here.
 const SHORTEST: f64 = 1e-6;
 /// The tip moves by at most this part of the length in one step.
@@ -89,7 +94,7 @@ const TURNS: f64 = 2.0 * std::f64::consts::PI;
 const BEND: f64 = 20.0;
 
 impl Solver {
-    /// Safe ranges of all inputs about a command, push-pull and rotation of tube 2, then of tube 3, …
+    /// Safe ranges of all inputs about a command that can move, push-pull and rotation of tube 2, then of tube 3, …
     ///
     /// # Errors
     /// Where the command itself is not safe, and where the search was stopped.
@@ -98,7 +103,7 @@ impl Solver {
         if start.status != Status::Converged {
             return Err(RangeProblem::NoEquilibrium(start.status));
         }
-        let mut walk = Walk { solver: self, teeth };
+        let mut walk = Walk { solver: self, teeth, steps: INPUT };
         let start = walk.state(start);
         if let Some(nearest) = start.nearest
             && nearest.utilisation >= 1.0
@@ -107,7 +112,12 @@ impl Solver {
         }
         let mut ranges = Vec::new();
         for (input, value) in command.inputs() {
-            if input.freedom == Freedom::Rotation && walk.solver.settings.resolution.angle == 0 {
+            let Solver { robot, settings, .. } = &*walk.solver;
+            let moves = match input.freedom {
+                Freedom::Rotation => settings.resolution.angle > 0,
+                Freedom::PushPull => !input.is_motion || settings.can_slide(robot, input.tube - 2),
+            };
+            if !moves {
                 continue;
             }
             let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
@@ -127,7 +137,7 @@ impl Solver {
     pub fn safe_part(&mut self, command: &Command, teeth: Teeth) -> Result<RangeEnd, RangeProblem> {
         self.check(command).map_err(RangeProblem::Command)?;
         let rest = self.solve(&command.scaled(0.0)).map_err(RangeProblem::Command)?;
-        let mut walk = Walk { solver: self, teeth };
+        let mut walk = Walk { solver: self, teeth, steps: WHOLE };
         let start = walk.state(rest);
         let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
         if walk.solver.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
@@ -151,6 +161,8 @@ impl State {
 struct Walk<'a> {
     solver: &'a mut Solver,
     teeth: Teeth,
+    /// First and longest step, parts of the extent.
+    steps: [f64; 2],
 }
 
 impl Walk<'_> {
@@ -166,9 +178,11 @@ impl Walk<'_> {
         if self.solver.is_stopped() {
             return None;
         }
-        let found = self.solver.solve_from(command, &from.found).ok()?;
-        // Load stepping starts at rest and may come out on another branch.
-        if !found.status.is_equilibrium() || found.statistics.load_steps > 0 {
+        // Load stepping from rest may come out on another branch, and takes long to find none.
+        let mut found = from.found.clone();
+        let Solver { robot, settings, buffers } = &mut *self.solver;
+        settle(robot, buffers, command, settings, &mut found);
+        if !found.status.is_equilibrium() {
             return None;
         }
         let state = self.state(found);
@@ -215,22 +229,27 @@ impl Walk<'_> {
     ) -> RangeEnd {
         let (side, extent) = (reach.signum(), reach.abs());
         let mut here = State { found: start.found.clone(), ..*start };
-        let (mut at, mut step) = (first, FIRST * extent);
-        loop {
+        let [mut step, longest] = self.steps.map(|part| part * extent);
+        let mut at = first;
+        for _ in 0..MOST {
             if side * (last - at) <= 0.0 {
-                return RangeEnd { value: at, bound: Bound::Open, nearest: here.nearest };
+                break;
             }
             let to = at + side * step.min(side * (last - at));
             match self.next(&here, &command(to)) {
                 Some(state) if state.excess() < 0.0 => {
+                    // As far as the tip may move, at its present speed.
+                    let speed = (state.tip - here.tip).norm() / (to - at).abs();
+                    let near = 0.8 * NEAR * self.solver.robot.length() / speed;
+                    step = (1.5 * step).min(longest).min(near.max(SHORTEST * extent));
                     (here, at) = (state, to);
-                    step = (1.5 * step).min(LONGEST * extent);
                 }
                 Some(state) => return self.refine(here, (at, to), state.excess(), command, SHARP * extent),
                 None if step > SHORTEST * extent => step *= 0.5,
                 None => return RangeEnd { value: at, bound: Bound::BranchEnds, nearest: here.nearest },
             }
         }
+        RangeEnd { value: at, bound: Bound::Open, nearest: here.nearest }
     }
 
     /// The crossing of a limit between a safe value and one with the given excess.
