@@ -32,12 +32,12 @@ impl FreeArgs {
         let settings = args.settings();
         let given = args.given();
         let is_given = |input: Input| given.iter().any(|own: &Input| own.is_same_freedom(input));
-        let turns = settings.resolution.angle > 0;
-        let wanted: Vec<Input> = command
-            .inputs()
-            .map(|(input, _)| input)
-            .filter(|i| !is_given(*i) && (turns || i.freedom == Freedom::PushPull))
-            .collect();
+        let moves = |input: Input| match input.freedom {
+            Freedom::PushPull => settings.can_slide(solver.robot(), input.tube - 2),
+            Freedom::Rotation => settings.resolution.angle > 0,
+        };
+        let wanted: Vec<Input> =
+            command.inputs().map(|(input, _)| input).filter(|i| !is_given(*i) && moves(*i)).collect();
         let told = |input: Input| {
             let list =
                 if input.freedom == Freedom::PushPull { &self.pull_bounds } else { &self.rotate_bounds };

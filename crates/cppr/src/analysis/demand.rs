@@ -8,6 +8,7 @@
 //!
 //! D is the distance between the centroid lines of follower and leader. These are sizes, not predictions.
 
+use super::pulls::contradicting_pulls;
 use crate::design::Robot;
 use crate::solve::{Command, Freedom, Input, Quantity, Status};
 use crate::statics::{Loads, Station};
@@ -60,11 +61,21 @@ impl Demand {
     }
 }
 
+/// Parts of the length at which levers are looked for, one after the other.
+const LEVERS: [f64; 5] = [0.5, 0.3, 0.7, 0.1, 0.9];
+
 /// The part of a command that asks most of a robot; `None` where nothing is asked.
 #[must_use]
 pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     let length = robot.length();
     let middle: Vec<_> = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length)).collect();
+    // Uncut parts have no lever: where there is none halfway, the first elsewhere counts.
+    let lever_of = |tube: usize| {
+        let lever = |part: f64| {
+            [0, tube].map(|t| robot.fields_at(t, part * length).centroid_offset).iter().sum::<f64>()
+        };
+        LEVERS.into_iter().map(lever).find(|l| *l > 0.0).unwrap_or(0.0)
+    };
     let bending: f64 = middle.iter().map(|f| f.bending_z).sum();
     let torsion: f64 = middle.iter().map(|f| f.torsion).sum();
     let mass: f64 = middle.iter().map(|f| f.mass_per_length).sum();
@@ -78,10 +89,14 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     };
     for (input, value) in command.inputs() {
         // A tube that the robot has not is refused elsewhere.
-        let Some(follower) = middle.get(input.tube - 1) else { continue };
-        let lever = middle[0].centroid_offset + follower.centroid_offset;
+        if middle.get(input.tube - 1).is_none() {
+            continue;
+        }
+        let lever = lever_of(input.tube - 1);
         let per_unit = match (input.freedom, input.is_motion) {
-            (Freedom::PushPull, true) => 1.0 / lever.max(f64::MIN_POSITIVE),
+            // Without a lever a pull bends nothing.
+            (Freedom::PushPull, true) if lever <= 0.0 => continue,
+            (Freedom::PushPull, true) => 1.0 / lever,
             (Freedom::PushPull, false) => lever * length / bending,
             (Freedom::Rotation, true) => 1.0,
             (Freedom::Rotation, false) => length / torsion,
@@ -119,13 +134,20 @@ pub fn absurd_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     greatest_demand(robot, command).filter(Demand::is_absurd)
 }
 
-/// How a solve ended, in a sentence; where its command asks for what cannot be meant, with that.
+/// How a solve ended, in a sentence; where its command asks for what cannot be meant, or for pulls that contradict one another, with that.
 #[must_use]
 pub fn explained(robot: &Robot, command: &Command, status: Status) -> String {
-    match absurd_demand(robot, command) {
-        Some(demand) => format!("{status}. {demand}"),
-        None => status.to_string(),
+    if let Some(demand) = absurd_demand(robot, command) {
+        return format!("{status}. {demand}");
     }
+    let contradicting = if status.is_equilibrium() { None } else { contradicting_pulls(robot, command) };
+    let Some(tubes) = contradicting else { return status.to_string() };
+    let list: Vec<String> = tubes.iter().map(ToString::to_string).collect();
+    format!(
+        "{status}. The command is over-determined: without stretch the pulls of tubes {} depend on one another, because fewer of \
+         them already fix how the robot bends. Drive one of these tubes by a force",
+        list.join(", ")
+    )
 }
 
 impl fmt::Display for Asked {

@@ -6,6 +6,7 @@ pub mod continuation;
 pub mod demand;
 pub mod inverse;
 pub mod limits;
+mod pulls;
 pub mod range;
 pub mod sensitivity;
 pub mod shape;
@@ -18,6 +19,7 @@ pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
 pub use limits::{
     Governing, Limit, Place, SectionLimit, Spot, Teeth, Utilisation, first_greatest, governing,
 };
+pub use pulls::contradicting_pulls;
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange};
 pub use sensitivity::{NoDerivatives, Perturbed, Sensitivity};
 pub use shape::{Section, Shape, TubeSection};

@@ -82,6 +82,7 @@ pub(crate) struct Fields {
     below_twist: f64,
     has_axial: bool,
     has_mass: bool,
+    off_axis: bool,
 }
 
 impl Fields {
@@ -89,6 +90,7 @@ impl Fields {
     pub fn new(length: f64, samples: &[FieldValues], below: FieldValues, below_twist: f64) -> Self {
         let base = samples.first().copied().unwrap_or_default();
         let has_axial = samples.iter().chain([&below]).all(|s| s.axial.is_finite());
+        let off_axis = samples.iter().any(|s| s.centroid_offset > 0.0);
         let tabulated: Vec<[f64; 6]> = samples.iter().map(FieldValues::tabulated).collect();
         let uniform = tabulated.iter().all(|row| {
             row.iter()
@@ -107,12 +109,17 @@ impl Fields {
         let direction =
             CubicSpline::uniform(length, &samples.iter().map(|s| s.direction).collect::<Vec<_>>());
         let has_mass = samples.iter().chain([&below]).any(|s| s.mass_per_length > 0.0);
-        Self { length, splines, direction, base, below, below_twist, has_axial, has_mass }
+        Self { length, splines, direction, base, below, below_twist, has_axial, has_mass, off_axis }
     }
 
     /// True where any part of the tube weighs something.
     pub fn has_mass(&self) -> bool {
         self.has_mass
+    }
+
+    /// True where the centroid leaves the axis somewhere between the plate and the tip.
+    pub fn is_off_axis(&self) -> bool {
+        self.off_axis
     }
 
     /// True where every section of the tube knows its axial stiffness.

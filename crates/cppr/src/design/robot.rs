@@ -208,6 +208,29 @@ impl Robot {
         &self.built.design
     }
 
+    /// Does a pull of a follower (0 is the first) bend the robot? Not where its centroid and the leader's lie on the axis all along,
+    /// as in tubes without notches: without stretch it cannot be pulled at all.
+    #[must_use]
+    pub fn has_lever(&self, follower: usize) -> bool {
+        let off_axis = |tube: usize| self.fields.get(tube).is_some_and(Fields::is_off_axis);
+        off_axis(0) || off_axis(follower + 1)
+    }
+
+    /// Tubes (from 1) whose row of notches ends more than a cell before the tip, and where (m): beyond, the mechanics takes them as
+    /// notched too, since depths and directions are spread evenly.
+    #[must_use]
+    pub fn ends_of_patterns(&self) -> Vec<(usize, f64)> {
+        let end = |(tube, number): (&TubeDesign, usize)| match tube {
+            TubeDesign::Notched(NotchedTube { pattern: Some(pattern), depth, .. }) => {
+                let (end, length) = (f64::from(pattern.count) * pattern.pitch(), self.length());
+                let cut_beyond = depth.eval(0.5 * (end + length), length)[0] > 0.0;
+                (end + pattern.pitch() < length && cut_beyond).then_some((number, end))
+            }
+            _ => None,
+        };
+        self.design.tubes.iter().zip(1..).filter_map(end).collect()
+    }
+
     /// Rest length L (m).
     #[must_use]
     pub fn length(&self) -> f64 {

@@ -130,7 +130,7 @@ impl SideBySide {
             if asked >> i & 1 == 0 || !fits || !goes_side_by_side(command, settings) {
                 continue;
             }
-            constraint::drives(command, settings, 0, &mut self.drives[i]);
+            constraint::drives(robot, command, settings, 0, &mut self.drives[i]);
             self.cuts.clear();
             self.cuts.extend(command.loads.cuts().map(Cut::fixed));
             for f in 0..command.actuators.len() {

@@ -222,6 +222,12 @@ impl Command {
             {
                 return Err(CommandProblem::TooFar { tube: tube_of(index), motion, length: robot.length() });
             }
+            if let Drive::Motion(motion) = actuator.push_pull
+                && motion.abs() > 0.0
+                && !settings.can_slide(robot, index)
+            {
+                return Err(CommandProblem::NoLever { tube: index + 2 });
+            }
         }
         let r = settings.resolution;
         let flat = r.twist == 0 && r.bending_y == 0;
@@ -280,6 +286,11 @@ pub enum CommandProblem {
         motion: f64,
         /// The robot's length (m).
         length: f64,
+    },
+    /// A follower that bends nothing is asked to slide, but the tubes do not stretch.
+    NoLever {
+        /// Tube number.
+        tube: usize,
     },
     /// A rotation or torque is asked for, but the resolution holds the follower angles.
     AngleLocked {
@@ -340,6 +351,11 @@ impl fmt::Display for CommandProblem {
                 "tube {tube} cannot slide by {:.3} mm: the robot is only {:.3} mm long. Check the unit",
                 motion * 1e3,
                 length * 1e3
+            ),
+            Self::NoLever { tube } => write!(
+                f,
+                "tube {tube} cannot be pulled or pushed: its centroid and that of tube 1 lie on the axis all along, so that nothing \
+                 bends and the tubes would have to stretch. Turn it, or let the tubes stretch (stretch, a setting)"
             ),
             Self::AngleLocked { tube } => {
                 write!(

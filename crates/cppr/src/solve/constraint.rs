@@ -104,13 +104,23 @@ impl<'a> System<'a> {
     }
 }
 
-/// What actuators are solved with: those of a command, save that locked angles need no holding (a condition on them would be
-/// empty), and that followers which stand at the plate are held there. `standing` has a bit for each of these.
-pub(crate) fn drives(command: &Command, settings: &Settings, standing: u64, drives: &mut Vec<Actuator>) {
+/// What actuators are solved with: those of a command, save that what cannot move needs no holding (a condition on it would be
+/// empty): locked angles, and translations that bend nothing where nothing stretches; and that followers which stand at the plate
+/// are held there. `standing` has a bit for each of these.
+pub(crate) fn drives(
+    robot: &Robot,
+    command: &Command,
+    settings: &Settings,
+    standing: u64,
+    drives: &mut Vec<Actuator>,
+) {
     drives.clone_from(&command.actuators);
     for (f, actuator) in drives.iter_mut().enumerate() {
         if settings.resolution.angle == 0 {
             actuator.rotation = Drive::Effort(0.0);
+        }
+        if actuator.push_pull.is_motion() && !settings.can_slide(robot, f) {
+            actuator.push_pull = Drive::Effort(0.0);
         }
         if standing >> f & 1 == 1 {
             actuator.push_pull = Drive::Motion(0.0);

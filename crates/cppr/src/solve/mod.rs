@@ -43,8 +43,8 @@ pub enum Status {
 /// Why no equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// Load stepping from rest came to an end before the whole command: a fold, a collapse or a command beyond
-    /// the robot's reach.
+    /// Load stepping from rest came to an end before the whole command: at a fold, at the end of what the robot can do, or because
+    /// the solver failed. Continuation tells which.
     PathEnds {
         /// Greatest fraction of the command at which an equilibrium was found.
         fraction: f64,
@@ -60,13 +60,13 @@ impl fmt::Display for Status {
             Self::Unstable => write!(f, "converged, unstable: the robot would snap to another shape"),
             Self::NotConverged(Reason::PathEnds { fraction }) if *fraction <= 0.0 => write!(
                 f,
-                "not converged: applied step by step, not even the first small part of the command has an equilibrium. \
-                 The robot folds, collapses or cannot go there; ask for less"
+                "not converged: applied step by step from rest, no equilibrium was found for even the first small part of the \
+                 command. Following the path of equilibria (continue) tells more"
             ),
             Self::NotConverged(Reason::PathEnds { fraction }) => write!(
                 f,
-                "not converged: applied step by step, equilibria end at {:.1} % of the command. The robot folds, \
-                 collapses or cannot reach beyond; ask for less",
+                "not converged: applied step by step from rest, no equilibrium was found beyond {:.1} % of the command. \
+                 Following the path of equilibria (continue) tells whether the robot folds there; or ask for less",
                 100.0 * fraction
             ),
             Self::NotConverged(Reason::Edges) => {

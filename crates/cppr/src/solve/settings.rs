@@ -67,6 +67,12 @@ impl Settings {
         Self { resolution, ..self }
     }
 
+    /// Can a follower (0 is the first) be pulled at all? Not where it bends nothing and nothing stretches.
+    #[must_use]
+    pub fn can_slide(&self, robot: &Robot, follower: usize) -> bool {
+        self.resolution.stretch > 0 || robot.has_lever(follower)
+    }
+
     /// Can a robot be solved with these settings?
     ///
     /// # Errors

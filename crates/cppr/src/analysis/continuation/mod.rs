@@ -137,7 +137,7 @@ impl std::fmt::Display for End {
             }
             Self::Step => write!(
                 f,
-                "stopped where no shorter step leads on: the robot collapses, or the path is singular"
+                "stopped where no shorter step leads on: the path is singular there, or the solver failed"
             ),
             Self::Edge { tube } => write!(
                 f,
