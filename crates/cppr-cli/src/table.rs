@@ -2,6 +2,7 @@
 
 use crate::exceeded::Exceeded;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
+use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Status};
 use std::fmt::Write;

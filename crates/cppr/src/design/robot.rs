@@ -212,7 +212,7 @@ impl Robot {
     /// as in tubes without notches: without stretch it cannot be pulled at all.
     #[must_use]
     pub fn has_lever(&self, follower: usize) -> bool {
-        let off_axis = |tube: usize| self.fields.get(tube).is_some_and(Fields::is_off_axis);
+        let off_axis = |tube: usize| self.fields().get(tube).is_some_and(Fields::is_off_axis);
         off_axis(0) || off_axis(follower + 1)
     }
 
@@ -228,7 +228,7 @@ impl Robot {
             }
             _ => None,
         };
-        self.design.tubes.iter().zip(1..).filter_map(end).collect()
+        self.design().tubes.iter().zip(1..).filter_map(end).collect()
     }
 
     /// Rest length L (m).

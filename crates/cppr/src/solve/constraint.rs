@@ -15,6 +15,7 @@ use super::command::{Actuator, Command, Drive};
 use super::input::Freedom;
 use super::settings::Settings;
 use super::system::{Scale, System};
+use crate::design::Robot;
 use crate::real::{Each, Real};
 use crate::statics::assembly::{Assembly, Efforts};
 

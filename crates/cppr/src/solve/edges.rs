@@ -70,6 +70,68 @@ pub(crate) fn excess_at_plate(
     found.status.is_equilibrium().then(|| (found.actuators[follower].tension - told, found))
 }
 
+/// Goes on from a follower that has just entered by a prescribed motion to where its tension is `told` (N): by its motion, since
+/// Newton's method on the force does not find an edge that is far from where it was. `None` where no motion holds that tension.
+pub(super) fn pushed_to(
+    robot: &Robot,
+    buffers: &mut Buffers,
+    entered: Equilibrium,
+    follower: usize,
+    told: f64,
+) -> Option<Equilibrium> {
+    let length = robot.length();
+    let mut command = entered.command.clone();
+    let mut at = |motion: f64, near: &Equilibrium| {
+        command.actuators[follower].push_pull = Drive::Motion(motion);
+        let mut found = near.clone();
+        settle(robot, buffers, &command, &near.settings, &mut found);
+        found.status.is_equilibrium().then_some(found)
+    };
+    // By how much an equilibrium is short of the push; it grows from here.
+    let short = |found: &Equilibrium| found.actuators[follower].tension - told;
+    let motion = |found: &Equilibrium| found.actuators[follower].motion;
+    let (mut near, mut step) = (entered, FIRST_PUSH * length);
+    let mut far = loop {
+        let next = motion(&near) - step;
+        if next <= -FARTHEST_PUSH * length || step < LEAST_EDGE * length {
+            return None;
+        }
+        match at(next, &near) {
+            Some(found) if short(&found) <= 0.0 => break found,
+            Some(found) => (near, step) = (found, 2.0 * step),
+            None => step *= 0.25,
+        }
+    };
+    // Regula falsi (Illinois): an end that stays for the second time counts for half.
+    let (mut above, mut below) = (short(&near), short(&far));
+    let mut moved_near = None;
+    for _ in 0..MOST_TURNS {
+        if above.min(-below) <= NEAR_PUSH * told.abs() {
+            break;
+        }
+        let share = above / (above - below);
+        let Some(found) = at(motion(&near) + share * (motion(&far) - motion(&near)), &near) else { break };
+        let (left, nearer) = (short(&found), short(&found) > 0.0);
+        let half = if moved_near == Some(nearer) { 0.5 } else { 1.0 };
+        moved_near = Some(nearer);
+        if nearer {
+            (near, above, below) = (found, left, half * below);
+        } else {
+            (far, below, above) = (found, left, half * above);
+        }
+    }
+    Some(if short(&near) < -short(&far) { near } else { far })
+}
+
+/// First step into the robot on the way to a force (part of L).
+const FIRST_PUSH: f64 = 1e-4;
+/// No follower is pushed farther (part of L).
+const FARTHEST_PUSH: f64 = 0.9;
+/// Part of the force up to which its motion is found; Newton's method does the rest.
+const NEAR_PUSH: f64 = 1e-3;
+/// Turns of regula falsi: a part of 1e-3 takes five or six.
+const MOST_TURNS: u32 = 30;
+
 /// Does a follower driven by force rest at the plate, where its stiffness jumps?
 pub(crate) fn stands(equilibrium: &Equilibrium, follower: usize) -> bool {
     let (drive, told) = (&equilibrium.drives[follower], &equilibrium.command.actuators[follower]);

@@ -5,7 +5,9 @@
 //! known beforehand that there is one; for a prescribed force it turns out in the solve.
 
 use super::command::{Actuator, Command, CommandProblem, Drive};
-use super::edges::{LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge};
+use super::edges::{
+    LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge, pushed_to,
+};
 use super::newton::Failure;
 use super::system::{Buffers, System};
 use super::{Equilibrium, Reason, Settings, Solver, Statistics, Status, constraint, stability};
@@ -144,7 +146,7 @@ impl Finder<'_> {
             edges |= u64::from(has_edge(self.robot, f, motion)) << f;
         }
         let drives = &mut self.buffers.drives;
-        constraint::drives(command, self.settings, 0, drives);
+        constraint::drives(self.robot, command, self.settings, 0, drives);
         self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
         std::mem::swap(drives, &mut equilibrium.drives);
         // Each prescribed force settles its edge in at most two turns; a third finds it between both, a fourth at the plate.
@@ -210,7 +212,15 @@ impl Finder<'_> {
             let depth = 2.0 * LEAST_EDGE * self.robot.length();
             [Side::Outside, Side::Inside].into_iter().find_map(|side| {
                 let (excess, left) = excess_at_plate(self.robot, self.buffers, &standing, f, side, depth)?;
-                (excess > 0.0).then_some((f, left))
+                if excess <= 0.0 {
+                    return None;
+                }
+                let told = command.actuators[f].push_pull.value();
+                let left = match side {
+                    Side::Outside => left,
+                    Side::Inside => pushed_to(self.robot, self.buffers, left, f, told)?,
+                };
+                Some((f, left))
             })
         })
     }

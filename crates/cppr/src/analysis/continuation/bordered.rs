@@ -44,9 +44,9 @@ impl Stage {
         self.layout.unknowns()
     }
 
-    fn drives(&self, command: &Command, settings: &Settings) -> Vec<Actuator> {
+    fn drives(&self, robot: &Robot, command: &Command, settings: &Settings) -> Vec<Actuator> {
         let mut list = Vec::new();
-        drives(command, settings, self.standing, &mut list);
+        drives(robot, command, settings, self.standing, &mut list);
         list
     }
 }
@@ -140,7 +140,7 @@ impl<'a> Bordered<'a> {
         work: impl FnOnce(&mut Self, &System) -> T,
     ) -> T {
         let command = self.family.at(fraction);
-        let drives = stage.drives(&command, self.settings);
+        let drives = stage.drives(self.robot, &command, self.settings);
         let system = System {
             robot: self.robot,
             layout: &stage.layout,
@@ -289,7 +289,7 @@ impl<'a> Bordered<'a> {
             residual: 0.0,
             layout: Arc::clone(&stage.layout),
             point: place.point.clone(),
-            drives: stage.drives(&command, self.settings),
+            drives: stage.drives(self.robot, &command, self.settings),
             mark: 0,
             command,
         };

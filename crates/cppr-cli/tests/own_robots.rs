@@ -1,0 +1,114 @@
+//! Robots that people bring, and what went wrong with them once.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+
+use common::{cppr, json, refused, text};
+use serde_json::Value;
+use std::f64::consts::PI;
+
+const COAXIAL: &str = "crates/cppr-cli/tests/data/coaxial.toml";
+const HELICAL: &str = "crates/cppr-cli/tests/data/push_force_helical.toml";
+
+fn solved(robot: &str, options: &str) -> Value {
+    let options: Vec<&str> = options.split(' ').collect();
+    json(&[&["solve", robot, "--samples", "2", "--json", "-"], &options[..]].concat())
+}
+
+fn number(result: &Value, key: &str) -> f64 {
+    result["actuators"][0][key].as_f64().unwrap()
+}
+
+#[track_caller]
+fn near(got: f64, want: f64, tolerance: f64) {
+    assert!((got - want).abs() <= tolerance * want.abs(), "{got} {want}");
+}
+
+/// Two uncut tubes on one axis: shafts in series, by closed forms.
+#[test]
+fn tubes_without_notches_twist_and_stretch() {
+    let (length, young) = (0.1, 5e9);
+    let shear = young / 2.6;
+    let polar = |outer: f64, inner: f64| PI / 2.0 * (outer.powi(4) - inner.powi(4));
+    let twist = 1.0 / (length / (shear * polar(3e-3, 2e-3)) + length / (shear * polar(1.5e-3, 0.5e-3)));
+    let turned = solved(COAXIAL, "--rotate 30deg");
+    near(number(&turned, "torque_Nm"), twist * 30_f64.to_radians(), 1e-9);
+    let tip: Vec<f64> =
+        turned["tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert!((tip[0] - length).abs() < 1e-12 && tip[1].abs() < 1e-12 && tip[2].abs() < 1e-12, "{tip:?}");
+    near(number(&solved(COAXIAL, "--torque 10Nmm"), "rotation_rad"), 10e-3 / twist, 1e-9);
+
+    refused(&["solve", COAXIAL, "--pull", "0.1mm"], "tube 2 cannot be pulled or pushed");
+    let area = |outer: f64, inner: f64| PI * (outer.powi(2) - inner.powi(2));
+    let stretch = 1.0 / (length / (young * area(3e-3, 2e-3)) + length / (young * area(1.5e-3, 0.5e-3)));
+    near(number(&solved(COAXIAL, "--pull 0.1mm --stretch"), "tension_N"), stretch * 1e-4, 1e-2);
+
+    let away = cppr(&["reach", COAXIAL, "--position", "90,1,1mm"]);
+    assert_eq!(away.status.code(), Some(0), "{}", text(&away.stderr));
+    let demand = cppr(&["solve", COAXIAL, "--pull", "0.1mm", "--tip-force", "0,1e6,0N"]);
+    assert!(!text(&demand.stderr).contains("e-30"), "{}", text(&demand.stderr));
+}
+
+/// A push by force finds what the push by that motion finds.
+#[test]
+fn followers_with_a_helix_are_pushed_by_force() {
+    let by_motion = solved(HELICAL, "--pull -0.5mm");
+    near(number(&by_motion, "tension_N"), -1.736, 1e-3);
+    for force in [-0.2, -1.0, -1.736] {
+        let by_force = solved(HELICAL, &format!("--tension {force}N"));
+        assert_eq!(by_force["status"], "converged", "{force} N");
+        let again = solved(HELICAL, &format!("--pull {}m", number(&by_force, "pull_m")));
+        near(number(&again, "tension_N"), force, 1e-6);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.csv");
+    let output = cppr(&["sweep", HELICAL, "--tension", "-2..0N:9", "--output", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = std::fs::read_to_string(path).unwrap();
+    assert_eq!(
+        table.lines().filter(|line| line.contains("converged") && !line.contains("not")).count(),
+        9,
+        "{table}"
+    );
+}
+
+#[test]
+fn what_is_not_found_is_not_said_to_fold() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("four.toml");
+    let tube = |opening: f64| {
+        format!(
+            "[[tube]]\n[tube.stiffness]\ncentroid_offset_mm = 1.0\nbending_y_Nmm2 = 400\nbending_z_Nmm2 = 100\n\
+             torsion_Nmm2 = 100\nopening_deg = {opening}\n"
+        )
+    };
+    let robot =
+        ["name = \"four\"\nlength_mm = 100\n".to_string(), tube(180.0), tube(60.0), tube(-60.0), tube(0.0)];
+    std::fs::write(&file, robot.concat()).unwrap();
+    let pulls = ["--pull", "2=1mm", "--pull", "3=1mm", "--pull", "4=-1mm"];
+    let output = cppr(&[&["solve", file.to_str().unwrap()], &pulls[..]].concat());
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(
+        message.contains("over-determined: without stretch the pulls of tubes 2, 3, 4 depend"),
+        "{message}"
+    );
+    assert!(!message.contains("collapses"), "{message}");
+}
+
+#[test]
+fn notches_that_end_before_the_tip_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("short.toml");
+    let r1 = std::fs::read_to_string(common::root().join("robots/r1.toml")).unwrap();
+    std::fs::write(&file, r1.replacen("tooth_mm = 5.0", "tooth_mm = 5.0\ncount = 6", 1)).unwrap();
+    let told = "the notches of tube 1 end at 60 mm, but it bends as if notched up to the tip";
+    for arguments in [vec!["check"], vec!["solve", "--pull", "2mm"]] {
+        let output = cppr(&[&arguments[..1], &[file.to_str().unwrap()], &arguments[1..]].concat());
+        assert!(text(&output.stdout).contains(told), "{}", text(&output.stdout));
+        let whole = cppr(&[&arguments[..1], &["robots/r1.toml"], &arguments[1..]].concat());
+        assert!(!text(&whole.stdout).contains("notched up to the tip"));
+    }
+    let section = text(&cppr(&["section", "robots/r1.toml"]).stdout);
+    assert!(section.contains("the teeth of 5 mm count as notched"), "{section}");
+}
