@@ -51,8 +51,7 @@ impl Model {
         let index = usize::try_from(tube).ok().filter(|tube| (1..=tubes).contains(tube));
         match index {
             None => Err(Misplaced::NoTube { tube, tubes }),
-            Some(1) => Err(Misplaced::Leader),
-            Some(tube) => Ok(tube - 2),
+            Some(tube) => self.robot.followers().position(|own| own == tube).ok_or(Misplaced::Leader),
         }
     }
 }

@@ -124,49 +124,44 @@ impl Asked<'_, '_> {
 /// Adds the dataclasses of `cppr._loads`.
 fn add_loads(command: &mut Command, list: &Bound<'_, PyAny>) -> PyResult<()> {
     let wanted = "a list of Wrench, DistributedForce, Gravity and Thread";
+    let module = list.py().import("cppr._loads")?;
     for load in list.try_iter().map_err(|_| errors::wrong_type("loads", wanted, list))? {
         let load = load?;
-        let class = load.get_type();
+        let is = |class: &str| load.is_instance(&module.getattr(class)?);
         let get = |name: &str| load.getattr(name);
         let three = |name: &str| vector(&format!("{name} of a load"), &get(name)?);
         let scalar = |name: &str| number(&format!("{name} of a load"), &get(name)?);
-        match class.name()?.to_str()? {
-            "Wrench" => {
-                let at = get("at")?;
-                command.loads.wrenches.push(Wrench {
-                    force: three("force")?,
-                    moment: three("moment")?,
-                    frame: match pick("frame of a load", &get("frame")?, &["base", "section"])? {
-                        0 => Frame::World,
-                        _ => Frame::Section,
-                    },
-                    station: if at.is_none() { Station::Tip } else { Station::Label(scalar("at")?) },
-                    point: three("point")?,
-                });
-            }
-            "DistributedForce" => command.loads.distributed.push(DistributedForce {
+        if is("Wrench")? {
+            let at = get("at")?;
+            command.loads.wrenches.push(Wrench {
+                force: three("force")?,
+                moment: three("moment")?,
+                frame: match pick("frame of a load", &get("frame")?, &["base", "section"])? {
+                    0 => Frame::World,
+                    _ => Frame::Section,
+                },
+                station: if at.is_none() { Station::Tip } else { Station::Label(scalar("at")?) },
+                point: three("point")?,
+            });
+        } else if is("DistributedForce")? {
+            command.loads.distributed.push(DistributedForce {
                 force: three("force")?,
                 from: scalar("start")?,
                 to: scalar("end")?,
-            }),
-            "Gravity" => {
-                let own = three("acceleration")?;
-                command.loads.gravity = Some(command.loads.gravity.map_or(own, |g| g + own));
-            }
-            "Thread" => command.loads.threads.push(Thread {
+            });
+        } else if is("Gravity")? {
+            let own = three("acceleration")?;
+            command.loads.gravity = Some(command.loads.gravity.map_or(own, |g| g + own));
+        } else if is("Thread")? {
+            command.loads.threads.push(Thread {
                 tension: scalar("tension")?,
                 pulley: three("pulley")?,
                 radius: scalar("radius")?,
                 left: pick("side of a thread", &get("side")?, &["left", "right"])? == 0,
                 point: three("point")?,
-            }),
-            _ => {
-                return Err(errors::wrong_type(
-                    "a load",
-                    "a Wrench, DistributedForce, Gravity or Thread",
-                    &load,
-                ));
-            }
+            });
+        } else {
+            return Err(errors::wrong_type("a load", "a Wrench, DistributedForce, Gravity or Thread", &load));
         }
     }
     Ok(())
@@ -204,7 +199,7 @@ pub fn loads<'py>(py: Python<'py>, loads: &Loads) -> PyResult<Bound<'py, PyTuple
 /// The dataclass `Settings`.
 pub fn settings(value: Option<&Bound<'_, PyAny>>) -> PyResult<(Settings, RotationMeans)> {
     let Some(value) = value else { return Ok((Settings::default(), RotationMeans::Base)) };
-    if value.get_type().name()? != "Settings" {
+    if !value.is_instance(&value.py().import("cppr._design")?.getattr("Settings")?)? {
         return Err(errors::wrong_type("settings", "a Settings", value));
     }
     let get = |name: &str| value.getattr(name);

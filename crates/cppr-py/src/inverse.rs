@@ -138,10 +138,8 @@ pub fn sense<'py>(
         let Some(effort) = effort else { continue };
         let mut add = |tube: usize, value: f64| -> PyResult<()> {
             if command.actuator(tube).is_none() {
-                return Err(errors::command(
-                    py,
-                    format!("{}: there is no follower {tube}", quantity.keyword),
-                ));
+                let problem = command.no_such_tube(tube);
+                return Err(errors::command(py, format!("{}: {problem}", quantity.keyword)));
             }
             measured.push(Measured::Effort(tube, quantity.freedom, value, deviations[i]));
             Ok(())

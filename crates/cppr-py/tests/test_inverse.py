@@ -71,7 +71,7 @@ def test_a_force_is_sensed_from_tension_and_tip(r3: cppr.Robot) -> None:
     assert answer.deviations.shape == (3,) and not answer.moment.any()
     assert answer.misses.shape == (3,) and answer.misses.max() < 1e-3
     assert answer.equilibrium.tension[0] == pytest.approx(made.tension[0], abs=1e-3)
-    with pytest.raises(cppr.CommandError, match="no follower 3"):
+    with pytest.raises(cppr.CommandError, match="there is no tube 3"):
         standing.sense(tension={3: 1.0})
     with pytest.raises(cppr.CommandError):
         standing.sense()

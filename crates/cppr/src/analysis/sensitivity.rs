@@ -22,14 +22,14 @@ use std::fmt;
 pub struct Sensitivity {
     /// What the columns of the Jacobians are: push-pull and rotation of tube 2, then of tube 3, …
     pub inputs: Vec<Input>,
-    /// Tip twist by the inputs, base frame, 6 × m.
+    /// TipRows twist by the inputs, base frame, 6 × m.
     pub tip_jacobian: DMatrix<f64>,
-    /// Tip twist by the inputs, frame of the tip section, 6 × m.
+    /// TipRows twist by the inputs, frame of the tip section, 6 × m.
     pub tip_jacobian_body: DMatrix<f64>,
     /// The conjugate of every input by every input, m × m: effort where the motion is prescribed, motion where
     /// the effort is.
     pub response: DMatrix<f64>,
-    /// Tip twist by a dead tip wrench, base frame, inputs held.
+    /// TipRows twist by a dead tip wrench, base frame, inputs held.
     pub compliance: Matrix6<f64>,
     /// The conjugate of every input by a dead tip wrench, m × 6: what force sensing inverts.
     pub response_by_wrench: DMatrix<f64>,
@@ -88,7 +88,7 @@ impl Solver {
         Ok(result)
     }
 
-    /// The same for control loops: allocates nothing where `result` comes from the same robot.
+    /// [`Solver::sensitivity`] for control loops: allocates nothing where `result` comes from the same robot.
     ///
     /// # Errors
     /// As [`Solver::sensitivity`]; `result` is then left as it was.
@@ -151,12 +151,15 @@ impl Solver {
         if robots.iter().any(|moved| moved.tube_count() != robot.tube_count()) {
             return Err(NoDerivatives::Perturbed);
         }
-        factor(&mut self.buffers, equilibrium)?;
+        if !equilibrium.status.is_equilibrium() {
+            return Err(NoDerivatives::NoEquilibrium(equilibrium.status));
+        }
         let scale = Scale::of(robot);
-        let mut slope = vec![0.0; self.buffers.residual.len()];
+        let mut slope: Vec<f64> = Vec::new();
         for (moved, &(_, share)) in robots.iter().zip(&Perturbed::SHARES) {
             let system = equilibrium.system_of(moved);
-            self.buffers.evaluate(&system, &equilibrium.point).map_err(|_| NoDerivatives::Perturbed)?;
+            self.buffers.residual_at(&system, &equilibrium.point).map_err(|_| NoDerivatives::Perturbed)?;
+            slope.resize(self.buffers.residual.len(), 0.0);
             let rescale = Scale::of(moved).energy / scale.energy;
             for (i, (s, r)) in slope.iter_mut().zip(&self.buffers.residual).enumerate() {
                 // Each robot scales its residual by its own stiffness; conditions are not scaled by it.
@@ -164,7 +167,7 @@ impl Solver {
                 *s -= share * factor * r / (12.0 * step);
             }
         }
-        // Evaluating leaves the factors as they are.
+        factor(&mut self.buffers, equilibrium)?;
         self.buffers.solve(&mut slope, 1);
         let mut total: Vec<f64> = Vec::new();
         for (moved, &(at, share)) in robots.iter().zip(&Perturbed::SHARES) {
@@ -207,15 +210,15 @@ fn derive(buffers: &mut Buffers, equilibrium: &Equilibrium, result: &mut Sensiti
             }
         }
     }
-    let tip = Tip::new(&buffers.poses);
-    for i in 0..tip.posed {
+    let tip = TipRows::new(&buffers.poses);
+    for i in 0..tip.leader_unknowns {
         let rate = tip.rate(i) * (buffers.units[i] / scale.energy);
         rhs[i * columns + m..(i + 1) * columns].copy_from_slice(rate.as_slice());
     }
     buffers.solve(&mut rhs, columns);
     let mut compliance = Matrix6::zeros();
     result.tip_jacobian.fill(0.0);
-    for (i, row) in rhs.chunks_exact(columns).take(tip.posed).enumerate() {
+    for (i, row) in rhs.chunks_exact(columns).take(tip.leader_unknowns).enumerate() {
         let rate = tip.rate(i) * buffers.units[i];
         for (mut twist, value) in result.tip_jacobian.column_iter_mut().zip(&row[..m]) {
             twist.axpy(*value, &rate, 1.0);
@@ -273,21 +276,26 @@ impl Sensitivity {
 
 /// Rows of the tip's twist by the unknowns.
 #[derive(Clone, Copy)]
-struct Tip<'a> {
+struct TipRows<'a> {
     shift: &'a [f64],
     spin: &'a [f64],
     /// Unknowns that move it.
-    posed: usize,
+    leader_unknowns: usize,
 }
 
-impl<'a> Tip<'a> {
+impl<'a> TipRows<'a> {
     fn new(poses: &'a Poses) -> Self {
-        let start = (poses.rotation.len() - 1) * 3 * poses.posed;
-        Self { shift: &poses.shift[start..], spin: &poses.spin[start..], posed: poses.posed }
+        let start = (poses.rotation.len() - 1) * 3 * poses.leader_unknowns;
+        Self {
+            shift: &poses.shift[start..],
+            spin: &poses.spin[start..],
+            leader_unknowns: poses.leader_unknowns,
+        }
     }
 
     fn rate(&self, i: usize) -> Vector6<f64> {
-        let (shift, spin) = (column(self.shift, self.posed, i), column(self.spin, self.posed, i));
+        let (shift, spin) =
+            (column(self.shift, self.leader_unknowns, i), column(self.spin, self.leader_unknowns, i));
         Vector6::new(shift.x, shift.y, shift.z, spin.x, spin.y, spin.z)
     }
 }

@@ -94,8 +94,8 @@ impl Solver {
     }
 }
 
-/// A place on the leader and what is known there.
-struct Place {
+/// A point of the leader between the nodes, and the fields there.
+struct LeaderPoint {
     label: f64,
     /// Element and its coordinate ξ.
     e: usize,
@@ -287,7 +287,7 @@ impl<'a> Recovery<'a> {
         let (rotation, centre) = self.pose(e, x);
         let rule = &layout.rules[layout.elements[e].rule];
         let (lagrange, to_end) = (rule.lagrange(x), rule.integral(x, 1.0));
-        let place = Place { label, e, x, k, stretch, jets, rotation, centre, lagrange, to_end };
+        let place = LeaderPoint { label, e, x, k, stretch, jets, rotation, centre, lagrange, to_end };
         let mut section = Section {
             label,
             rotation,
@@ -316,8 +316,8 @@ impl<'a> Recovery<'a> {
     }
 
     /// The leader at a place; its axial force where it stretches.
-    fn leader(&self, place: &Place) -> TubeSection {
-        let Place { k, jets, rotation, centre, stretch, .. } = place;
+    fn leader(&self, place: &LeaderPoint) -> TubeSection {
+        let LeaderPoint { k, jets, rotation, centre, stretch, .. } = place;
         let strain = Vector3::new(k.x - jets.direction[1], k.y, k.z);
         let axial = if self.layout.stretch { jets.axial[0] * stretch } else { 0.0 };
         TubeSection {
@@ -333,7 +333,7 @@ impl<'a> Recovery<'a> {
     }
 
     /// A follower at a place, its Δθ_k and its energy per length of the leader.
-    fn follower(&self, place: &Place, f: usize) -> (TubeSection, f64, f64) {
+    fn follower(&self, place: &LeaderPoint, f: usize) -> (TubeSection, f64, f64) {
         let (layout, state) = (self.layout, &self.buffers.state);
         let followers = layout.tubes - 1;
         let element = &layout.elements[place.e];
@@ -377,7 +377,7 @@ impl<'a> Recovery<'a> {
     }
 
     /// Shear force of a tube in the leader's frame: Q = v × t / g with v = −(dM/dX + K × M + m).
-    fn shear(&self, place: &Place, tube: usize) -> Vector3<f64> {
+    fn shear(&self, place: &LeaderPoint, tube: usize) -> Vector3<f64> {
         let (layout, first) = (self.layout, self.layout.elements[place.e].first_node);
         let unbalanced: Vector3<f64> = (place.lagrange.iter().enumerate())
             .map(|(i, share)| self.unbalanced[(first + i) * layout.tubes + tube] * *share)

@@ -64,10 +64,10 @@ impl Solver {
     fn tip_direction(&mut self, equilibrium: &Equilibrium, mode: &[f64]) -> Vector3<f64> {
         self.buffers.pose_rows(&equilibrium.robot, &equilibrium.layout);
         let poses = &self.buffers.poses;
-        let last = &poses.shift[(poses.rotation.len() - 1) * 3 * poses.posed..];
+        let last = &poses.shift[(poses.rotation.len() - 1) * 3 * poses.leader_unknowns..];
         let (mut shift, mut most) = (Vector3::zeros(), 0.0_f64);
-        for (i, share) in mode.iter().take(poses.posed).enumerate() {
-            let own = column(last, poses.posed, i) * *share;
+        for (i, share) in mode.iter().take(poses.leader_unknowns).enumerate() {
+            let own = column(last, poses.leader_unknowns, i) * *share;
             shift += own;
             most = most.max(own.norm());
         }

@@ -290,7 +290,7 @@ impl Robot {
         &self.built.fibres
     }
 
-    /// The same number for clones of one robot only.
+    /// Serial number, shared by the clones of one robot and by nothing else.
     #[inline]
     pub(crate) fn serial(&self) -> u64 {
         self.built.serial

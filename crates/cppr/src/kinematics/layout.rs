@@ -155,10 +155,10 @@ pub(crate) struct Layout {
     /// Followers whose edge is inside, in the order of their unknowns.
     pub edges: Vec<usize>,
     /// How many unknowns, from the first on, move the leader.
-    pub posed: usize,
+    pub leader_unknowns: usize,
     /// Nodes in all.
     pub nodes: usize,
-    /// The same for this layout only.
+    /// Serial number: no other layout has it.
     pub serial: u64,
     length: f64,
     resolution: Resolution,
@@ -246,14 +246,14 @@ impl Layouts {
         for i in 1..self.cuts.len() {
             self.cuts[i - 1].short = self.cuts[i].at - self.cuts[i - 1].at < SHORT * length;
         }
-        let known = |layout: &&Arc<Layout>| {
+        let same = |layout: &&Arc<Layout>| {
             layout.tubes == tubes
                 && (layout.length - length).abs() <= 0.0
                 && layout.resolution == resolution
                 && layout.cuts.len() == self.cuts.len()
                 && layout.cuts.iter().zip(&self.cuts).all(|(a, b)| a.same(b))
         };
-        if let Some(layout) = self.list.iter().find(known) {
+        if let Some(layout) = self.list.iter().find(same) {
             return Arc::clone(layout);
         }
         let layout = Arc::new(Layout::new(tubes, length, resolution, &self.cuts));
@@ -276,7 +276,7 @@ impl Layout {
             rules,
             unknowns: 0,
             edges: Vec::new(),
-            posed: 0,
+            leader_unknowns: 0,
             nodes: 0,
             serial: NEXT_SERIAL.fetch_add(1, Ordering::Relaxed),
             length,
@@ -391,7 +391,7 @@ impl Layout {
                 }
             }
             if of_leader {
-                self.posed = next;
+                self.leader_unknowns = next;
             }
         }
         self.unknowns = next;

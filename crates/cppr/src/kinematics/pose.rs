@@ -39,7 +39,7 @@ pub(crate) struct Poses<S: Real = f64> {
     /// g at every node.
     pub stretch: Vec<S>,
     /// Number of unknowns that move poses: length of the rows that follow.
-    pub posed: usize,
+    pub leader_unknowns: usize,
     /// Per point three rows: φ by the unknowns.
     pub spin: Vec<S>,
     /// Per point three rows: c by the unknowns.
@@ -51,7 +51,7 @@ pub(crate) struct Poses<S: Real = f64> {
     rates: Vec<S>,
     row: Vec<S>,
     /// Serial number of the layout that the rows are made for.
-    known: u64,
+    rows_of: u64,
 }
 
 /// Pose of the tip in the base frame.
@@ -191,11 +191,11 @@ impl<S: Real> Poses<S> {
     /// elements, and at the nodes too where `everywhere`.
     pub fn differentiate(&mut self, layout: &Layout, state: &State<S>, everywhere: bool) {
         let points = layout.nodes + layout.elements.len();
-        if self.known != layout.serial {
-            self.posed = layout.posed;
+        if self.rows_of != layout.serial {
+            self.leader_unknowns = layout.leader_unknowns;
             for rows in [&mut self.spin, &mut self.shift] {
                 rows.clear();
-                rows.resize(points * 3 * self.posed, S::zero());
+                rows.resize(points * 3 * self.leader_unknowns, S::zero());
             }
             self.slopes.resize(points, [[S::zero(); 9]; 3]);
             self.by_edge.resize(points * layout.edges.len(), [S::zero(); 9]);
@@ -207,7 +207,7 @@ impl<S: Real> Poses<S> {
             }
             self.move_centres(layout, state, e, everywhere);
         }
-        self.known = layout.serial;
+        self.rows_of = layout.serial;
     }
 
     /// R before a step.
@@ -219,12 +219,12 @@ impl<S: Real> Poses<S> {
     /// What a step adds to the spin of one unknown: R J Ω_u.
     #[inline]
     pub fn turned(&self, at: usize, unknown: usize) -> Vector3<S> {
-        let rows = |at: usize| &self.spin[at * 3 * self.posed..(at + 1) * 3 * self.posed];
-        let here = column(rows(at), self.posed, unknown);
+        let rows = |at: usize| &self.spin[at * 3 * self.leader_unknowns..(at + 1) * 3 * self.leader_unknowns];
+        let here = column(rows(at), self.leader_unknowns, unknown);
         if at == 0 {
             return here;
         }
-        let before = column(rows(at - 1), self.posed, unknown);
+        let before = column(rows(at - 1), self.leader_unknowns, unknown);
         Vector3::new(here.x - before.x, here.y - before.y, here.z - before.z)
     }
 
@@ -253,21 +253,21 @@ impl<S: Real> Poses<S> {
 
     /// Spin of one point: that of the point before plus the step's, R J dΩ.
     fn turn(&mut self, layout: &Layout, state: &State<S>, e: usize, s: usize) {
-        let (posed, at, edges) = (self.posed, point(layout, e, s), layout.edges.len());
+        let (leader_unknowns, at, edges) = (self.leader_unknowns, point(layout, e, s), layout.edges.len());
         let (element, length) = (&layout.elements[e], state.lengths[e]);
         let rule = &layout.rules[element.rule];
         let step = &self.steps[at];
         let slope = step.magnus.slope();
         let turn = product(self.before(at), &step.jacobian);
-        let (done, rest) = self.spin.split_at_mut(at * 3 * posed);
-        let before = done.rchunks_exact(3 * posed).next();
-        for (d, spin) in rest[..3 * posed].chunks_exact_mut(posed).enumerate() {
-            let before = before.map(|rows| &rows[d * posed..(d + 1) * posed]);
+        let (done, rest) = self.spin.split_at_mut(at * 3 * leader_unknowns);
+        let before = done.rchunks_exact(3 * leader_unknowns).next();
+        for (d, spin) in rest[..3 * leader_unknowns].chunks_exact_mut(leader_unknowns).enumerate() {
+            let before = before.map(|rows| &rows[d * leader_unknowns..(d + 1) * leader_unknowns]);
             // Row d of ℓ R J dΩ by the generators.
             let [x, y, z] = [turn[(d, 0)], turn[(d, 1)], turn[(d, 2)]].map(|t| length * t);
             let by_alpha: [S; 9] = from_fn(|k| (x * slope[0][k]).plus(y, slope[1][k]).plus(z, slope[2][k]));
             let before = |u: usize| before.map_or(S::zero(), |row| row[u]);
-            if turning(layout, e) < posed {
+            if turning(layout, e) < leader_unknowns {
                 spin.iter_mut().enumerate().for_each(|(u, entry)| *entry = before(u));
             }
             let by_edges = &self.by_edge[at * edges..(at + 1) * edges];
@@ -290,8 +290,8 @@ impl<S: Real> Poses<S> {
     fn move_centres(&mut self, layout: &Layout, state: &State<S>, e: usize, everywhere: bool) {
         let element = &layout.elements[e];
         let rule = &layout.rules[element.rule];
-        let (n, posed, length) = (rule.n, self.posed, state.lengths[e]);
-        let block = 3 * posed;
+        let (n, leader_unknowns, length) = (rule.n, self.leader_unknowns, state.lengths[e]);
+        let block = 3 * leader_unknowns;
         let places = if everywhere { 0..=n } else { n..=n };
         for i in places.clone() {
             let at = point(layout, e, i) * block;
@@ -309,14 +309,14 @@ impl<S: Real> Poses<S> {
             let (t, g) = (tangent(&self.rotation[at]), self.stretch[node]);
             stretch_row(layout, state, e, node, &mut self.row);
             if !layout.edges.is_empty() {
-                axpy(&mut self.row, g / length, &state.length_row(e)[..posed]);
+                axpy(&mut self.row, g / length, &state.length_row(e)[..leader_unknowns]);
             }
             let flow = Vector3::new(g * t.x, g * t.y, g * t.z);
             let spin = &self.spin[at * block..(at + 1) * block];
             for (u, stretched) in self.row.iter().enumerate() {
-                let mut rate = cross(&column(spin, posed, u), &flow);
+                let mut rate = cross(&column(spin, leader_unknowns, u), &flow);
                 add_scaled(&mut rate, *stretched, &t);
-                set_column(&mut self.rates, posed, u, &rate);
+                set_column(&mut self.rates, leader_unknowns, u, &rate);
             }
             for i in places.clone() {
                 let share = if i < n { rule.from_start[i * n + j] } else { rule.weights[j] };
@@ -335,10 +335,10 @@ pub(crate) fn stretch_row<S: Real>(
     node: usize,
     row: &mut Vec<S>,
 ) {
-    let posed = layout.posed;
+    let leader_unknowns = layout.leader_unknowns;
     let [offset, slope, _] = state.leader_offset[node];
     row.clear();
-    row.resize(posed, S::zero());
+    row.resize(leader_unknowns, S::zero());
     for active in &layout.elements[e].active[0] {
         let factor = match active.variable {
             local::E1 => S::one(),

@@ -16,6 +16,19 @@ use crate::real::{Real, every};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Infeasible;
 
+/// Of which robot and layout something is kept: their serial numbers, 0 for none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Origin {
+    robot: u64,
+    layout: u64,
+}
+
+impl Origin {
+    pub fn of(robot: &Robot, layout: &Layout) -> Self {
+        Self { robot: robot.serial(), layout: layout.serial }
+    }
+}
+
 /// Everything about the bundle at the nodes. Buffers are reused from one evaluation to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State<S = f64> {
@@ -48,9 +61,9 @@ pub(crate) struct State<S = f64> {
     nodal: Vec<S>,
     matrix: Vec<S>,
     lu: Lu<S>,
-    /// Serial numbers of robot and layout of the last values and rows: what depends on them alone stays.
-    known: (u64, u64),
-    known_rows: (u64, u64),
+    /// Of what the last values and rows are: what depends on robot and layout alone stays.
+    values_of: Origin,
+    rows_of: Origin,
     /// Lanes that describe no bundle.
     broken: u64,
 }
@@ -71,7 +84,7 @@ impl<S: Real> State<S> {
         self.unknowns = layout.unknowns();
         self.rows = layout.rows();
         self.followers = layout.tubes - 1;
-        self.known_rows = (0, 0);
+        self.rows_of = Origin::default();
         self.lengths.resize(elements, S::zero());
         self.local.clear();
         self.local.resize(nodes * self.rows, S::zero());
@@ -131,14 +144,14 @@ impl<S: Real> State<S> {
 
     /// Evaluates the values. Returns the lanes that describe no bundle.
     pub fn evaluate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S]) -> u64 {
-        let known = (robot.serial(), layout.serial);
+        let origin = Origin::of(robot, layout);
         // Without edges labels stay where they are.
-        let fresh = self.known != known || !layout.edges.is_empty();
-        if self.known != known {
+        let fresh = self.values_of != origin || !layout.edges.is_empty();
+        if self.values_of != origin {
             self.resize(layout);
             self.find_lengths(layout);
         }
-        self.known = (0, 0);
+        self.values_of = Origin::default();
         self.broken = 0;
         let last = layout.elements.len();
         for f in 0..self.followers {
@@ -157,14 +170,14 @@ impl<S: Real> State<S> {
                 return self.broken;
             }
         }
-        self.known = known;
+        self.values_of = origin;
         self.broken
     }
 
     /// Adds the rows of derivatives to the values. Returns the lanes that describe no bundle.
     pub fn differentiate(&mut self, robot: &Robot, layout: &Layout, coordinates: &[S]) -> u64 {
         // Without edges rows that hold nothing but polynomials stay as they are.
-        let fresh = self.known_rows != self.known || !layout.edges.is_empty();
+        let fresh = self.rows_of != self.values_of || !layout.edges.is_empty();
         for e in (0..layout.elements.len()).rev() {
             if fresh {
                 self.leader_rows(layout, e, coordinates);
@@ -176,7 +189,7 @@ impl<S: Real> State<S> {
                 self.face_rows(robot, layout, e, f);
             }
         }
-        self.known_rows = self.known;
+        self.rows_of = self.values_of;
         self.broken
     }
 
@@ -290,8 +303,8 @@ impl<S: Real> State<S> {
                 let node = element.first_node + i;
                 let v = self.variables(node, f);
                 let offset = robot.fields()[f + 1].offset(v[local::FACE], part);
-                let known = self.facing[node * followers + f];
-                let facing = Facing::new(&v, [known.sin, known.cos], &self.leader_offset[node], &offset);
+                let Facing { sin, cos, .. } = self.facing[node * followers + f];
+                let facing = Facing::new(&v, [sin, cos], &self.leader_offset[node], &offset);
                 self.broken |= facing.h.unless(|h| h > LEAST_RATE && h < 1.0 / LEAST_RATE);
                 if layout.stretch {
                     self.broken |= v[local::EK].unless(|e| 1.0 + e > LEAST_RATE);

@@ -5,7 +5,7 @@
 //! need more than full steps, or that is not clearly stable, is solved once more alone, so that a result does not depend
 //! on its neighbours.
 
-use super::beside::{Beside, Derived};
+use super::lane::{Derived, Lane};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
 use crate::kinematics::layout::{Cut, Layout};
@@ -109,14 +109,14 @@ impl Batch {
         }
     }
 
-    /// What derives more of an equilibrium solved last: alone and, where it was, beside others.
-    pub(super) fn beside(&mut self, mark: u64) -> (&mut Solver, Option<Beside<'_>>) {
+    /// What derives more of an equilibrium solved last: the solver and, where it was solved in one, its lane.
+    pub(super) fn lane_of(&mut self, mark: u64) -> (&mut Solver, Option<Lane<'_>>) {
         let SideBySide { lanes, point, marks, derived, .. } = &mut self.side;
         if derived.marks != *marks {
             *derived = Derived::of(*marks);
         }
         let lane = marks.iter().position(|own| *own == mark && mark != 0);
-        (&mut self.solver, lane.map(|lane| Beside { lane, buffers: lanes, point, derived }))
+        (&mut self.solver, lane.map(|index| Lane { index, buffers: lanes, point, derived }))
     }
 }
 
@@ -179,7 +179,7 @@ impl SideBySide {
             count += 1;
         }
         let Some(layout) = self.layouts[of[0]].take() else { return 0 };
-        let known = self.marks.iter().zip(of).all(|(&mark, i)| {
+        let evaluated = self.marks.iter().zip(of).all(|(&mark, i)| {
             let (start, command) = (&equilibria[i], &commands[i]);
             mark != 0
                 && mark == start.mark
@@ -190,7 +190,7 @@ impl SideBySide {
                 && Arc::ptr_eq(&start.layout, &layout)
                 && start.drives.iter().zip(&self.drives[i]).all(|(old, new)| old.is_held_like(new))
         });
-        self.begin(robot, commands, equilibria, &layout, of, known);
+        self.begin(robot, commands, equilibria, &layout, of, evaluated);
         let drives = std::mem::take(&mut self.drives);
         let system = System {
             robot,
@@ -201,7 +201,7 @@ impl SideBySide {
             formulation: settings.formulation,
         };
         let before = self.lanes.evaluations;
-        let (solved, steps) = self.newton(&system, settings, known);
+        let (solved, steps) = self.newton(&system, settings, evaluated);
         let evaluations = self.lanes.evaluations - before;
         self.marks = [0; WIDTH];
         if solved != 0 {
@@ -236,9 +236,9 @@ impl SideBySide {
         equilibria: &[Equilibrium],
         layout: &Arc<Layout>,
         of: [usize; WIDTH],
-        known: bool,
+        evaluated: bool,
     ) {
-        if known {
+        if evaluated {
             return;
         }
         if self.point.coordinates.len() != layout.unknowns()
@@ -277,12 +277,12 @@ impl SideBySide {
 
     /// Newton's method with full steps in all lanes. Returns the lanes that ended at a stable equilibrium, and the steps
     /// that each took. A lane that has arrived stays where it is.
-    fn newton(&mut self, system: &System, settings: &Settings, known: bool) -> (u64, [usize; WIDTH]) {
+    fn newton(&mut self, system: &System, settings: &Settings, evaluated: bool) -> (u64, [usize; WIDTH]) {
         let Self { lanes, point, trial, step, correction, .. } = self;
         let mut steps = [0; WIDTH];
         let all = every::<Lanes>();
         let mut lost = 0;
-        if known {
+        if evaluated {
             lanes.compose_residual(system);
         } else {
             lost |= lanes.evaluate_consistent(system, point);
@@ -392,7 +392,7 @@ fn norm(v: &[Lanes]) -> Lanes {
     v.iter().fold(Lanes::splat(0.0), |sum, x| sum + *x * *x).map(f64::sqrt)
 }
 
-/// Where a follower (0 is the first) will stand, as far as it is known before the solve (m).
+/// Where a follower (0 is the first) will stand, as far as it is evaluated before the solve (m).
 fn expected(command: &Command, start: &Equilibrium, follower: usize) -> f64 {
     match command.actuators[follower].push_pull {
         Drive::Motion(motion) => motion,

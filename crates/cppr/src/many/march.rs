@@ -5,7 +5,7 @@
 //! pose depends on the list of poses alone.
 
 use super::batch::{Batch, LEAST, WIDTH, goes_side_by_side, same_kind};
-use super::beside::Beside;
+use super::lane::Lane;
 use crate::analysis::{Teeth, Utilisation};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
@@ -32,20 +32,20 @@ pub struct Solved<'a> {
     pub tip: TipPose,
     /// Derives more from the equilibrium.
     pub solver: &'a mut Solver,
-    beside: Option<Beside<'a>>,
+    lane: Option<Lane<'a>>,
 }
 
 impl Solved<'_> {
     /// What [`Solver::margin`] gives, computed in all lanes at once.
     pub fn margin(&mut self) -> Option<f64> {
-        let beside = self.beside.as_mut().and_then(|b| b.margin(self.equilibrium));
-        beside.or_else(|| self.solver.margin(self.equilibrium))
+        let in_lane = self.lane.as_mut().and_then(|lane| lane.margin(self.equilibrium));
+        in_lane.or_else(|| self.solver.margin(self.equilibrium))
     }
 
     /// What [`Solver::utilisation`] gives, computed in all lanes at once.
     pub fn utilisation(&mut self, teeth: Teeth) -> Utilisation {
-        match &mut self.beside {
-            Some(beside) => beside.utilisation(self.equilibrium, teeth),
+        match &mut self.lane {
+            Some(lane) => lane.utilisation(self.equilibrium, teeth),
             None => self.solver.utilisation(self.equilibrium, teeth),
         }
     }
@@ -58,12 +58,12 @@ pub struct March {
     commands: Vec<Command>,
     lanes: Vec<Equilibrium>,
     tips: Vec<Result<TipPose, CommandProblem>>,
-    kinds: Vec<Kind>,
+    kinds: Vec<Alike>,
 }
 
-/// Poses that can go side by side.
+/// Poses that can be solved in lanes together.
 #[derive(Clone, Debug)]
-struct Kind {
+struct Alike {
     command: Command,
     edges: u64,
     poses: Vec<usize>,
@@ -99,7 +99,7 @@ impl March {
         self.commands.iter_mut().for_each(|command| command.copy(base));
         self.lanes.resize_with(WIDTH, || rest.clone());
         let kinds = std::mem::take(&mut self.kinds);
-        for Kind { command, poses, .. } in &kinds {
+        for Alike { command, poses, .. } in &kinds {
             let few = poses.len() < LEAST || !goes_side_by_side(command, &self.batch.solver.settings);
             // One by one, neighbours in time are neighbours in place: the buffers still knows the last.
             let strands = if few { 1 } else { poses.len().min(WIDTH) };
@@ -125,8 +125,8 @@ impl March {
                     let solved = match &self.tips[lane] {
                         Ok(tip) => {
                             warm[lane] = start == Start::Neighbour && equilibrium.status == Status::Converged;
-                            let (solver, beside) = self.batch.beside(equilibrium.mark);
-                            Ok(Solved { equilibrium, tip: *tip, solver, beside })
+                            let (solver, lane) = self.batch.lane_of(equilibrium.mark);
+                            Ok(Solved { equilibrium, tip: *tip, solver, lane })
                         }
                         // The neighbour stays: it has not been touched.
                         Err(problem) => Err(problem.clone()),
@@ -148,7 +148,7 @@ impl March {
             let edges = edges(&robot, &command);
             match self.kinds.iter_mut().find(|k| k.edges == edges && same_kind(&k.command, &command)) {
                 Some(kind) => kind.poses.push(pose),
-                None => self.kinds.push(Kind { command: command.clone(), edges, poses: vec![pose] }),
+                None => self.kinds.push(Alike { command: command.clone(), edges, poses: vec![pose] }),
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Many solves of one robot, several side by side in the lanes of vector registers.
 
 mod batch;
-mod beside;
+mod lane;
 mod march;
 
 pub use batch::{Batch, WIDTH};

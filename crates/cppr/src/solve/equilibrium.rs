@@ -60,7 +60,7 @@ pub struct Equilibrium {
     pub(crate) point: Point,
     /// The drives it was solved with: those of the command, save for a follower that stands at the plate.
     pub(crate) drives: Vec<Actuator>,
-    /// The buffers with this mark has evaluated it last; 0 for none.
+    /// Buffers that bear this mark have evaluated it last; 0 for none.
     pub(crate) mark: u64,
 }
 
@@ -94,7 +94,7 @@ impl Equilibrium {
         self.system_of(&self.robot)
     }
 
-    /// The same of a robot that differs in numbers only.
+    /// The equations that it solves, on a robot that differs from its own in numbers only.
     pub(crate) fn system_of<'a>(&'a self, robot: &'a Robot) -> System<'a> {
         System {
             robot,
@@ -115,7 +115,7 @@ impl Equilibrium {
         self.residual = buffers.residual.iter().fold(0.0, |m, r| r.abs().max(m));
     }
 
-    /// Takes coordinates, efforts and energy over from one lane of a buffers and the point it evaluated.
+    /// Takes coordinates, efforts and energy over from one lane of the buffers and the point that they evaluated.
     pub(crate) fn take_lane<S: Real>(
         &mut self,
         buffers: &Buffers<S>,
@@ -230,7 +230,7 @@ impl Equilibrium {
         &self.actuators
     }
 
-    /// The same with their tube numbers.
+    /// Tube number and actuator state of every follower.
     pub fn followers(&self) -> impl Iterator<Item = (usize, &ActuatorState)> + '_ {
         self.actuators.iter().enumerate().map(|(follower, state)| (tube_of(follower), state))
     }

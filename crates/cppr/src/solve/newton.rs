@@ -7,7 +7,7 @@ use super::acceptance::{
     MOST_REUSES, SHORTEST, arrived, expected_ratio, is_rounding, keeps, longest_part, promises, shrinks,
 };
 use super::settings::{Formulation, Settings};
-use super::system::{Buffers, Factors, Point, Posed, Scale, System, add_step};
+use super::system::{Buffers, Factors, Point, PoseStage, Scale, System, add_step};
 use crate::kinematics::pose::Poses;
 use crate::kinematics::state::{Infeasible, State};
 use crate::real::Each;
@@ -16,7 +16,7 @@ use crate::statics::{Loads, printed};
 
 /// Why Newton's method stopped without an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Failure {
+pub(crate) enum NewtonFailure {
     /// The first point already is no bundle.
     Infeasible,
     Singular,
@@ -36,7 +36,16 @@ impl Buffers {
         if broken { Err(Infeasible) } else { Ok(()) }
     }
 
-    /// The same for the printed formulation. Its generalised force is the derivative of nothing; its Jacobian is taken
+    /// Residual at a point, without the tangent where the formulation does not need it.
+    pub(crate) fn residual_at(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
+        match system.formulation {
+            Formulation::Consistent if self.evaluate_residual(system, point) != 0 => Err(Infeasible),
+            Formulation::Consistent => Ok(()),
+            Formulation::Printed => self.evaluate(system, point),
+        }
+    }
+
+    /// Residual and Jacobian of the printed formulation. Its generalised force is the derivative of nothing; its Jacobian is taken
     /// by central differences, to about 1e-9 of its size.
     fn evaluate_printed(&mut self, system: &System, point: &Point) -> Result<(), Infeasible> {
         let System { robot, layout, .. } = *system;
@@ -49,7 +58,7 @@ impl Buffers {
         }
         self.poses.evaluate(robot, layout, &self.state);
         self.poses.differentiate(layout, &self.state, true);
-        self.posed = Posed::Rows;
+        self.pose_stage = PoseStage::Rows;
         let Self { state, poses, assembly, .. } = self;
         assembly.residual(&setting, &point.coordinates, state, poses, &point.efforts);
         assembly.condition_rows(&setting, state);
@@ -58,9 +67,8 @@ impl Buffers {
         assembly.hessian.resize(n_u * n_u, 0.0);
         assembly.symmetric = false;
         self.compose_residual(system);
-        self.composed = false;
+        (self.factors, self.composed) = (Factors::None, false);
         self.compose_matrix(system);
-        self.factored = false;
         let n = self.residual.len();
         let energy = Scale::of(robot).energy;
         let (mut state, mut poses, mut assembly) = (State::default(), Poses::default(), Assembly::default());
@@ -116,39 +124,39 @@ impl Buffers {
     }
 
     /// Factors the tangent evaluated last, where that has not been done.
-    pub(crate) fn factor(&mut self, system: &System) -> Result<(), Failure> {
-        if self.factored {
+    pub(crate) fn factor(&mut self, system: &System) -> Result<(), NewtonFailure> {
+        if self.factors != Factors::None {
             return Ok(());
         }
         let consistent = system.formulation == Formulation::Consistent;
         if !consistent || self.factor_in_order(system) != 1 {
-            self.factors = Factors::Pivoted;
+            self.factors = Factors::None;
             self.compose_matrix(system);
-            self.lu.factor(&self.matrix, self.residual.len()).map_err(|_| Failure::Singular)?;
+            self.lu.factor(&self.matrix, self.residual.len()).map_err(|_| NewtonFailure::Singular)?;
+            self.factors = Factors::Pivoted;
         }
-        self.factored = true;
         Ok(())
     }
 
     /// The signs of the factored tangent's pivots are those of a stable equilibrium, if it is symmetric.
     pub(crate) fn is_in_order(&self) -> bool {
-        self.factored && self.factors == Factors::InOrder
+        matches!(self.factors, Factors::InOrder { positive: 1 })
     }
 
-    /// Newton's method from `point`, which ends at the equilibrium. Where `evaluated`, the buffers has seen that
-    /// point before and only the prescribed motions are new. On failure `point` is the best iterate.
+    /// Newton's method from `point`, which ends at the equilibrium. Where `evaluated`, the buffers hold that
+    /// point's evaluation already and only the prescribed motions are new. On failure `point` is the best iterate.
     pub(crate) fn newton(
         &mut self,
         system: &System,
         settings: &Settings,
         point: &mut Point,
         evaluated: bool,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), NewtonFailure> {
         if evaluated {
             self.mark = 0;
             self.compose_residual(system);
         } else {
-            self.evaluate(system, point).map_err(|_| Failure::Infeasible)?;
+            self.evaluate(system, point).map_err(|_| NewtonFailure::Infeasible)?;
         }
         // How far the last tangent saw the equilibrium from the point.
         let mut distance = 0.0;
@@ -165,7 +173,7 @@ impl Buffers {
             self.step = step;
             let length = norm(&self.step);
             if !length.is_finite() {
-                return Err(Failure::Singular);
+                return Err(NewtonFailure::Singular);
             }
             self.iterations += 1;
             let mut factor = self.longest();
@@ -183,18 +191,18 @@ impl Buffers {
                 }
                 if is_rounding(reached) {
                     // Rounding is all that is left.
-                    return self.evaluate(system, point).map_err(|_| Failure::Infeasible);
+                    return self.evaluate(system, point).map_err(|_| NewtonFailure::Infeasible);
                 }
                 factor *= 0.5;
                 if factor < SHORTEST {
                     return self
                         .evaluate(system, point)
-                        .map_err(|_| Failure::Infeasible)
-                        .and(Err(Failure::Stalled));
+                        .map_err(|_| NewtonFailure::Infeasible)
+                        .and(Err(NewtonFailure::Stalled));
                 }
             }
         }
-        if is_rounding(self.largest()) { Ok(()) } else { Err(Failure::IterationLimit) }
+        if is_rounding(self.largest()) { Ok(()) } else { Err(NewtonFailure::IterationLimit) }
     }
 
     /// Finds what the same tangent makes of the residual at `trial`; is that short enough?
@@ -206,13 +214,9 @@ impl Buffers {
     /// Evaluates the residual at `trial`; true where it is one.
     fn try_trial(&mut self, system: &System) -> bool {
         let trial = std::mem::take(&mut self.trial);
-        let broken = if system.formulation == Formulation::Consistent {
-            self.evaluate_residual(system, &trial) != 0
-        } else {
-            self.evaluate(system, &trial).is_err()
-        };
+        let found = self.residual_at(system, &trial).is_ok();
         self.trial = trial;
-        !broken
+        found
     }
 
     /// Adds the tangent to the residual at `trial`.

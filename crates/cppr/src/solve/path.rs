@@ -8,7 +8,7 @@ use super::command::{Actuator, Command, CommandProblem, Drive};
 use super::edges::{
     LEAST_EDGE, Side, Tight, carried, edge_estimate, edge_ratio, excess_at_plate, has_edge, pushed_to,
 };
-use super::newton::Failure;
+use super::newton::NewtonFailure;
 use super::system::{Buffers, System};
 use super::{Equilibrium, Reason, Settings, Solver, Statistics, Status, constraint, stability};
 use crate::design::Robot;
@@ -246,7 +246,7 @@ impl Finder<'_> {
             }
             let tight = Tight::of(&result.layout, &result.point);
             if tight.as_ref().is_some_and(|t| t.is_kink(&result.drives, length)) {
-                outcome = Err(Failure::Singular);
+                outcome = Err(NewtonFailure::Singular);
             }
             match tight.and_then(|t| t.passed(length, moved.len())) {
                 Some(passed) if outcome.is_err() => moved.push(passed),
@@ -299,7 +299,7 @@ impl Finder<'_> {
         known
     }
 
-    fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), Failure>, stable: bool) {
+    fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), NewtonFailure>, stable: bool) {
         // A follower that has slid by the robot's length has left it.
         let motions = &self.buffers.assembly.motions;
         let inside = motions.iter().all(|motion| motion[0].abs() < self.robot.length());

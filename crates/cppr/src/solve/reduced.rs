@@ -179,16 +179,16 @@ pub(crate) fn cholesky<S: Real>(matrix: &mut [S], n: usize) -> u64 {
     positive
 }
 
-/// The lowest eigenvalue of a symmetric tridiagonal matrix with the given squares beside its diagonal, to rounding.
+/// The lowest eigenvalue of a symmetric tridiagonal matrix with the given squares off its diagonal, to rounding.
 fn lowest_of_tridiagonal<S: Real>(diagonal: &[S], squares: &[S]) -> S {
     let smaller = |a: S, b: S| S::from_lanes(|l| a.lane(l).min(b.lane(l)));
-    let beside = |i: usize| squares.get(i).map_or(S::zero(), |s| s.map(f64::sqrt));
+    let off_diagonal = |i: usize| squares.get(i).map_or(S::zero(), |s| s.map(f64::sqrt));
     let mut high = diagonal.iter().fold(S::splat(f64::INFINITY), |least, d| smaller(least, *d));
     // Gershgorin's circles.
     let mut low = high;
     let mut size = S::zero();
     for (i, d) in diagonal.iter().enumerate() {
-        let radius = beside(i) + if i > 0 { beside(i - 1) } else { S::zero() };
+        let radius = off_diagonal(i) + if i > 0 { off_diagonal(i - 1) } else { S::zero() };
         low = smaller(low, *d - radius);
         size = S::from_lanes(|l| size.lane(l).max(d.lane(l).abs()));
     }

@@ -127,17 +127,14 @@ pub(crate) struct Buffers<S: Real = f64> {
     pub(crate) edge_ratios: Vec<f64>,
     pub(crate) drives: Vec<Actuator>,
     pub(crate) layouts: Layouts,
-    /// Newton steps taken since the buffers was made.
+    /// Newton steps taken since the buffers were made.
     pub(crate) iterations: usize,
-    /// Evaluations of the residual since the buffers was made.
+    /// Evaluations of the residual since the buffers were made.
     pub(crate) evaluations: usize,
-    /// How `lu` was made, and whether from the matrix evaluated last.
+    /// What `lu` holds of the tangent evaluated last.
     pub(super) factors: Factors,
-    pub(super) factored: bool,
-    /// The lanes in which elimination in order was good.
-    good: u64,
     /// What `poses` holds of the state evaluated last.
-    pub(super) posed: Posed,
+    pub(super) pose_stage: PoseStage,
     /// Mark of the equilibrium that was evaluated last; 0 for none.
     pub(crate) mark: u64,
     /// Set from outside to end a long analysis.
@@ -146,14 +143,20 @@ pub(crate) struct Buffers<S: Real = f64> {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Factors {
+    /// Nothing yet.
     #[default]
+    None,
+    /// Factors of the whole matrix.
     Pivoted,
-    /// Eliminated in order, with penalties; all signs as at a stable equilibrium.
-    InOrder,
+    /// Eliminated in order, with penalties.
+    InOrder {
+        /// The lanes in which all pivots have the signs of a stable equilibrium.
+        positive: u64,
+    },
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd)]
-pub(super) enum Posed {
+pub(super) enum PoseStage {
     #[default]
     None,
     Values,
@@ -179,7 +182,7 @@ impl<S: Real> Buffers<S> {
         }
         if !system.loads.first().is_empty() {
             self.poses.evaluate(robot, layout, &self.state);
-            self.posed = Posed::Values;
+            self.pose_stage = PoseStage::Values;
         }
         let setting = system.setting();
         self.assembly.residual(&setting, &point.coordinates, &self.state, &self.poses, &point.efforts);
@@ -194,32 +197,32 @@ impl<S: Real> Buffers<S> {
         let loads = system.loads.first();
         if !loads.is_empty() {
             self.poses.differentiate(layout, &self.state, loads.act_along());
-            self.posed = Posed::Rows;
+            self.pose_stage = PoseStage::Rows;
         }
         self.assembly.tangent(&system.setting(), &self.state, &self.poses, &point.efforts);
-        (self.factored, self.composed) = (false, false);
+        (self.factors, self.composed) = (Factors::None, false);
         broken
     }
 
     pub(super) fn begin(&mut self) {
         self.evaluations += 1;
-        (self.mark, self.posed) = (0, Posed::None);
+        (self.mark, self.pose_stage) = (0, PoseStage::None);
     }
 
-    /// Poses of the state evaluated last.
+    /// Finds the poses of the state evaluated last, where they are not there.
     pub(crate) fn pose(&mut self, robot: &Robot, layout: &Layout) {
-        if self.posed < Posed::Values {
+        if self.pose_stage < PoseStage::Values {
             self.poses.evaluate(robot, layout, &self.state);
-            self.posed = Posed::Values;
+            self.pose_stage = PoseStage::Values;
         }
     }
 
-    /// The same with their rows at the ends of elements.
+    /// Finds the poses, and their rows at the ends of elements, where they are not there.
     pub(crate) fn pose_rows(&mut self, robot: &Robot, layout: &Layout) {
         self.pose(robot, layout);
-        if self.posed < Posed::Rows {
+        if self.pose_stage < PoseStage::Rows {
             self.poses.differentiate(layout, &self.state, false);
-            self.posed = Posed::Rows;
+            self.pose_stage = PoseStage::Rows;
         }
     }
 
@@ -277,7 +280,8 @@ impl<S: Real> Buffers<S> {
         }
     }
 
-    /// Factors the tangent with its penalties by elimination in order; returns the lanes in which that was good.
+    /// Factors the tangent with its penalties by elimination in order; returns the lanes in which all pivots have the signs of a
+    /// stable equilibrium.
     pub(crate) fn factor_in_order(&mut self, system: &System) -> u64 {
         let (n, n_u) = (self.residual.len(), system.layout.unknowns());
         self.compose_conditions(system);
@@ -307,22 +311,22 @@ impl<S: Real> Buffers<S> {
             target[..n_u].copy_from_slice(row);
             target[n_u..].fill(S::zero());
         }
-        self.factors = Factors::InOrder;
-        self.lu.eliminate_in_order(n_u, symmetric)
+        let positive = self.lu.eliminate_in_order(n_u, symmetric);
+        self.factors = Factors::InOrder { positive };
+        positive
     }
 
-    /// The same, unless that has been done with the tangent evaluated last.
+    /// [`Self::factor_in_order`], unless that has been done with the tangent evaluated last.
     pub(crate) fn ensure_in_order(&mut self, system: &System) -> u64 {
-        if !(self.factored && self.factors == Factors::InOrder) {
-            self.good = self.factor_in_order(system);
-            self.factored = true;
+        match self.factors {
+            Factors::InOrder { positive } => positive,
+            Factors::None | Factors::Pivoted => self.factor_in_order(system),
         }
-        self.good
     }
 
     /// Solves with the factored tangent; `right` is n × columns, row-major.
     pub(crate) fn solve(&self, right: &mut [S], columns: usize) {
-        if self.factors == Factors::InOrder {
+        if let Factors::InOrder { .. } = self.factors {
             let n = right.len() / columns;
             let n_u = n - self.weights.len();
             let (above, below) = right.split_at_mut(n_u * columns);

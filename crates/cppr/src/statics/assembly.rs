@@ -20,7 +20,7 @@ use crate::kinematics::follower::local;
 use crate::kinematics::layout::{Joint, Layout};
 use crate::kinematics::magnus::SecondDerivative;
 use crate::kinematics::pose::{Poses, point};
-use crate::kinematics::state::{State, part, row, split};
+use crate::kinematics::state::{Origin, State, part, row, split};
 use crate::real::{Each, Real};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -58,7 +58,7 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub symmetric: bool,
     /// Per follower: Δa_k and Ω_k (or −Δθ_k(0)).
     pub motions: Vec<[S; 2]>,
-    /// Their rows by u.
+    /// Per follower: ∂Δa_k/∂u and ∂Ω_k/∂u.
     pub motion_rows: Vec<[Vec<S>; 2]>,
     /// Per edge: x_b and its row.
     pub edges: Vec<S>,
@@ -91,8 +91,8 @@ pub(crate) struct Assembly<S: Real = f64> {
     pub(super) form: SecondDerivative<S>,
     /// Per follower its base's direction at rest, and so where Ω is counted from.
     turn_at_rest: Vec<f64>,
-    /// Serial numbers of robot and layout whose constant fields are known.
-    known: (u64, u64),
+    /// Of what `jets` and `turn_at_rest` are, as far as they depend on robot and layout alone.
+    constants_of: Origin,
     pub(super) concentrated: Vec<(usize, Applied<S>)>,
 }
 
@@ -225,7 +225,7 @@ impl<S: Real> Assembly<S> {
         let Setting { robot, layout, rotation_means, .. } = setting;
         let followers = layout.tubes - 1;
         self.motions.resize(followers, [S::zero(); 2]);
-        if self.known != (robot.serial(), layout.serial) {
+        if self.constants_of != Origin::of(robot, layout) {
             let leader = robot.fields()[0].direction(0.0, Part::Pattern)[0];
             let at_rest = |f: usize| leader + PI - robot.rest_angle(f + 1, 0.0)[0];
             self.turn_at_rest.clear();
@@ -250,7 +250,7 @@ impl<S: Real> Assembly<S> {
         }
     }
 
-    /// Their rows.
+    /// Rows by u of the actuator positions and edges.
     pub fn condition_rows(&mut self, setting: &Setting, state: &State<S>) {
         let layout = setting.layout;
         self.motion_rows.resize(layout.tubes - 1, [Vec::new(), Vec::new()]);
@@ -276,10 +276,10 @@ impl<S: Real> Assembly<S> {
         let Setting { robot, layout, .. } = setting;
         let (rows, followers) = (layout.rows(), layout.tubes - 1);
         let gravity = setting.gravity();
-        // Fields at labels that do not move, and fields that are constant, are known from the last time.
-        let serials = (robot.serial(), layout.serial);
-        let (fresh, moving) = (self.known != serials, !layout.edges.is_empty());
-        self.known = serials;
+        // Fields at labels that do not move, and fields that are constant, are still there from the last time.
+        let origin = Origin::of(robot, layout);
+        let (fresh, moving) = (self.constants_of != origin, !layout.edges.is_empty());
+        self.constants_of = origin;
         self.values.clear();
         self.values.resize(layout.nodes, S::zero());
         self.slopes.clear();

@@ -102,7 +102,7 @@ impl<S: Real> Assembly<S> {
 
     /// Stiffness of a concentrated load: arm and change of the load itself.
     fn concentrated_hessian(&mut self, poses: &Poses<S>, at: usize, load: &Applied<S>) {
-        let (n_u, posed) = (self.gradient.len(), poses.posed);
+        let (n_u, leader_unknowns) = (self.gradient.len(), poses.leader_unknowns);
         let turning = load.arm * load.force.transpose() - Matrix3::identity() * load.force.dot(&load.arm);
         // −H = φᵀ (turning + twist) φ + (c + φ × arm)ᵀ (force by point · (c + φ × arm) + force by spin · φ)
         let arm = hat(&load.arm);
@@ -116,14 +116,14 @@ impl<S: Real> Assembly<S> {
             (&poses.shift, by_spin, &poses.spin),
             (&poses.shift, by_move, &poses.shift),
         ];
-        let rows = at * 3 * posed..(at + 1) * 3 * posed;
+        let rows = at * 3 * leader_unknowns..(at + 1) * 3 * leader_unknowns;
         for (left, form, right) in pairs {
             if form.iter().all(|f| f.vanishes()) {
                 continue;
             }
-            for i in 0..posed {
-                let factor = -times(&form.transpose(), &column(&left[rows.clone()], posed, i));
-                let row = &mut self.hessian[i * n_u..i * n_u + posed];
+            for i in 0..leader_unknowns {
+                let factor = -times(&form.transpose(), &column(&left[rows.clone()], leader_unknowns, i));
+                let row = &mut self.hessian[i * n_u..i * n_u + leader_unknowns];
                 add_rows(row, &factor, &right[rows.clone()], if self.symmetric { i } else { 0 });
             }
         }
@@ -139,7 +139,8 @@ impl<S: Real> Assembly<S> {
         if gravity.is_none() && (distributed.is_empty() || !moving) {
             return;
         }
-        let (rows, followers, n_u, posed) = (layout.rows(), layout.tubes - 1, state.unknowns, poses.posed);
+        let (rows, followers, n_u, leader_unknowns) =
+            (layout.rows(), layout.tubes - 1, state.unknowns, poses.leader_unknowns);
         let mut fall = std::mem::take(&mut self.stretch_row);
         let mut swing = std::mem::take(&mut self.turn_row);
         for (e, element) in layout.elements.iter().enumerate() {
@@ -147,10 +148,10 @@ impl<S: Real> Assembly<S> {
             let (length, length_row) = (state.lengths[e], state.length_row(e));
             for i in 0..rule.n {
                 let (node, at) = (element.first_node + i, point(layout, e, i));
-                let block = at * 3 * posed..(at + 1) * 3 * posed;
+                let block = at * 3 * leader_unknowns..(at + 1) * 3 * leader_unknowns;
                 let along = |v: &Vector3<S>, rows: &[S], out: &mut Vec<S>| {
                     out.clear();
-                    out.resize(posed, S::zero());
+                    out.resize(leader_unknowns, S::zero());
                     add_rows(out, v, &rows[block.clone()], 0);
                 };
                 let pair = |hessian: &mut Vec<S>, factor: S, row: &[S], other: &[S]| {
@@ -184,10 +185,10 @@ impl<S: Real> Assembly<S> {
                     let turning = (arm * gravity.transpose() - Matrix3::identity() * gravity.dot(&arm))
                         * (length * weight * m * h);
                     let spin = &poses.spin[block.clone()];
-                    for a in 0..posed {
-                        let left = -(turning.transpose() * column(spin, posed, a));
+                    for a in 0..leader_unknowns {
+                        let left = -(turning.transpose() * column(spin, leader_unknowns, a));
                         let from = if self.symmetric { a } else { 0 };
-                        add_rows(&mut self.hessian[a * n_u..a * n_u + posed], &left, spin, from);
+                        add_rows(&mut self.hessian[a * n_u..a * n_u + leader_unknowns], &left, spin, from);
                     }
                     // Change of m |h| γ·(c + R o) with the pose, times its slope by each local variable.
                     along(gravity, &poses.shift, &mut fall);
@@ -227,10 +228,10 @@ impl<S: Real> Assembly<S> {
     /// −n·∂²(g t) = φ_aᵀ A φ_b − ℓ (u·φ_a r_b + r_a u·φ_b), without the part through second rotations; and with the moment μ
     /// from that step on, −μ·(φ_b × R J Ω_a) = (μ × R J Ω_a)·φ_b.
     fn spin_hessian(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
-        let (n_u, posed, edges) = (state.unknowns, poses.posed, layout.edges.len());
+        let (n_u, leader_unknowns, edges) = (state.unknowns, poses.leader_unknowns, layout.edges.len());
         let (element, at) = (&layout.elements[e], point(layout, e, i));
         let (length, is_node) = (state.lengths[e], i < layout.rules[element.rule].n);
-        let spin = &poses.spin[at * 3 * posed..(at + 1) * 3 * posed];
+        let spin = &poses.spin[at * 3 * leader_unknowns..(at + 1) * 3 * leader_unknowns];
         let (mut form, mut across, mut stretched) = (Matrix3::zeros(), Vector3::zeros(), 0..0);
         if is_node {
             let (internal, node) = (&self.internal[at], element.first_node + i);
@@ -244,11 +245,11 @@ impl<S: Real> Assembly<S> {
             }
             across = cross(&t, internal);
             stretch_row(layout, state, e, node, &mut self.stretch_row);
-            stretched = if edges > 0 || layout.stretch { 0..posed } else { element.bends_z() };
+            stretched = if edges > 0 || layout.stretch { 0..leader_unknowns } else { element.bends_z() };
         }
         let next = self.moment.get(at + 1);
-        for a in 0..posed {
-            let own = column(spin, posed, a);
+        for a in 0..leader_unknowns {
+            let own = column(spin, leader_unknowns, a);
             let mut left = times(&form, &own);
             if stretched.contains(&a) {
                 add_scaled(&mut left, -length * self.stretch_row[a], &across);
@@ -256,7 +257,7 @@ impl<S: Real> Assembly<S> {
             if let Some(moment) = next {
                 add_scaled(&mut left, S::one(), &cross(moment, &poses.turned(at + 1, a)));
             }
-            let row = &mut self.hessian[a * n_u..a * n_u + posed];
+            let row = &mut self.hessian[a * n_u..a * n_u + leader_unknowns];
             let from = if self.symmetric { a } else { 0 };
             add_rows(row, &left, spin, from);
             let rest = stretched.start.max(from)..stretched.end;
@@ -272,17 +273,17 @@ impl<S: Real> Assembly<S> {
 
     /// The second derivatives of −n·(g t) at a node by what moves its element: the length, and D_1 and K_Z under a moving label.
     fn moving_centreline(&mut self, layout: &Layout, state: &State<S>, poses: &Poses<S>, e: usize, i: usize) {
-        let (n_u, posed) = (state.unknowns, poses.posed);
+        let (n_u, leader_unknowns) = (state.unknowns, poses.leader_unknowns);
         let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
         let (internal, length, g) = (&self.internal[at], state.lengths[e], poses.stretch[node]);
         let t = tangent(&poses.rotation[at]);
         let push = inner(internal, &t);
         self.turn_row.clear();
-        self.turn_row.resize(posed, S::zero());
+        self.turn_row.resize(leader_unknowns, S::zero());
         add_rows(
             &mut self.turn_row,
             &(cross(&t, internal) * g),
-            &poses.spin[at * 3 * posed..(at + 1) * 3 * posed],
+            &poses.spin[at * 3 * leader_unknowns..(at + 1) * 3 * leader_unknowns],
             0,
         );
         axpy(&mut self.turn_row, push, &self.stretch_row);
@@ -397,7 +398,7 @@ impl<S: Real> Assembly<S> {
         let pull = magnus.pull(y);
         let moment = &self.moment[at];
         self.turn_row.clear();
-        self.turn_row.resize(poses.posed, S::zero());
+        self.turn_row.resize(poses.leader_unknowns, S::zero());
         for i in 0..count {
             let unknown = turning_unknown(layout, e, i);
             self.turn_row[unknown] = inner(moment, &poses.turned(at, unknown)) / length;

@@ -79,7 +79,7 @@ impl Node {
         self.tangent.last().copied().unwrap_or(0.0)
     }
 
-    /// The same point, passed the other way.
+    /// Reverses the direction in which the path passes this point.
     pub fn turn(&mut self) {
         self.tangent.iter_mut().chain(&mut self.sliding).for_each(|rate| *rate = -*rate);
         self.determinant.sign = -self.determinant.sign;

@@ -188,7 +188,7 @@ impl Solver {
         self.trace_from(family, tracing, &start)
     }
 
-    /// The same from a given equilibrium of the first command: another one than [`Solver::solve`] finds.
+    /// Traces the paths of a family from a given equilibrium of its first command: another one than [`Solver::solve`] finds.
     ///
     /// # Errors
     /// As [`Solver::trace`], and where the equilibrium is one of another robot or of other settings.

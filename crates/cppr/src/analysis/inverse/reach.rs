@@ -20,7 +20,7 @@ pub struct Target {
     pub direction: Option<Vector3<f64>>,
 }
 
-/// Standard deviations of what the actuators do against what they are told.
+/// Standard deviations of the actuators' positions and efforts about their set values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Of translations (m).
@@ -131,7 +131,7 @@ impl Solver {
         searched(&mut search, &target, accuracy, starts)
     }
 
-    /// The same from one equilibrium, whose robot, command and settings hold: the search stays on its branch and looks nowhere else. Where
+    /// Actuator values for a wanted tip, sought from one equilibrium, whose robot, command and settings hold: the search stays on its branch and looks nowhere else. Where
     /// the target is near, this takes some five steps instead of some hundred; where it is not, the answer may be a pose that is the nearest
     /// only among its neighbours.
     ///

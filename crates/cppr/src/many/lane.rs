@@ -1,4 +1,4 @@
-//! What is derived of equilibria that were solved side by side: of all of them at once, when the first is asked for. The
+//! What is derived of equilibria that were solved in the lanes of vector registers: of all lanes at once, when the first is asked for. The
 //! margin to instability (1 at rest, 0 where it snaps) is that of `reduced`, the use of strain and closure that of `limits`.
 
 use super::batch::{Lanes, WIDTH};
@@ -27,14 +27,14 @@ impl Derived {
 
 /// An equilibrium in its lane.
 #[derive(Debug)]
-pub(crate) struct Beside<'a> {
-    pub lane: usize,
+pub(crate) struct Lane<'a> {
+    pub index: usize,
     pub buffers: &'a mut Buffers<Lanes>,
     pub point: &'a Point<Lanes>,
     pub derived: &'a mut Derived,
 }
 
-impl Beside<'_> {
+impl Lane<'_> {
     /// As [`crate::solve::Solver::margin`]; none where the lane has to be looked at alone.
     pub fn margin(&mut self, equilibrium: &Equilibrium) -> Option<f64> {
         let (margin, fit) = *self.derived.margin.get_or_insert_with(|| {
@@ -43,16 +43,16 @@ impl Beside<'_> {
             let fit = if reduced.free > 0 { reduced.fit } else { 0 };
             (reduced.lowest(), fit)
         });
-        (fit >> self.lane & 1 == 1).then(|| margin.lane(self.lane))
+        (fit >> self.index & 1 == 1).then(|| margin.lane(self.index))
     }
 
     /// As [`crate::solve::Solver::utilisation`].
     pub fn utilisation(&mut self, equilibrium: &Equilibrium, teeth: Teeth) -> Utilisation {
-        let known = self.derived.greatest.take().filter(|(own, _)| *own == teeth);
-        let (_, found) = self.derived.greatest.insert(known.unwrap_or_else(|| {
+        let kept = self.derived.greatest.take().filter(|(own, _)| *own == teeth);
+        let (_, found) = self.derived.greatest.insert(kept.unwrap_or_else(|| {
             let Equilibrium { robot, layout, .. } = equilibrium;
             (teeth, greatest(robot, self.buffers, layout, &self.point.coordinates, teeth))
         }));
-        found[self.lane]
+        found[self.index]
     }
 }
