@@ -6,8 +6,10 @@ use cppr::Vector3;
 use cppr::analysis::{Shape, explained};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Draft, Equilibrium, Formulation, Input, Quantity, Settings, Solver};
-use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
+use cppr::solve::{
+    Command, CommandProblem, Draft, Equilibrium, Formulation, Input, Quantity, Settings, Solver,
+};
+use cppr::statics::{DistributedForce, Frame, LoadPart, Loads, RotationMeans, Station, Thread, Wrench};
 use cppr_io::RobotFile;
 use std::path::Path;
 
@@ -190,8 +192,8 @@ impl CommandArgs {
         Solver::with_settings(robot, self.settings()).map_err(|p| Failure::Input(p.to_string()))
     }
 
-    /// Options that say something about a load that is not there, or that the model would not see.
-    fn check(&self, robot: &Robot) -> Result<(), Failure> {
+    /// Options that say something about a load that is not there.
+    fn check(&self) -> Result<(), Failure> {
         let fail = |message: &str| Err(Failure::Input(message.into()));
         if self.rest.follower_load && self.drive.tip_force.is_none() && self.drive.tip_moment.is_none() {
             return fail("--follower-load says how a tip load turns: add --tip-force or --tip-moment");
@@ -204,35 +206,12 @@ impl CommandArgs {
                  --thread 0.2N:150,-24,0mm:0mm:left:0,3,0mm"
             });
         }
-        if !self.rest.planar {
-            return Ok(());
-        }
-        if !robot.is_planar() {
-            return fail("--planar: the notches of this robot bend it in space; leave --planar away");
-        }
-        let out = |v: [f64; 3]| v[2].abs() > 0.0;
-        let bends_out = |v: [f64; 3]| v[0].abs() > 0.0 || v[1].abs() > 0.0;
-        for (name, leaves) in [
-            ("--tip-force", self.drive.tip_force.is_some_and(out)),
-            ("--tip-moment", self.drive.tip_moment.is_some_and(bends_out)),
-            ("--tip-point", self.rest.tip_point.is_some_and(out)),
-            ("--point-force", self.rest.point_force.iter().any(|(_, force)| out(*force))),
-            ("--distributed", self.rest.distributed.iter().any(|d| out(d.force.into()))),
-            ("--gravity", self.rest.gravity.is_some_and(out)),
-            ("--thread", self.rest.thread.iter().any(|t| out(t.pulley.into()) || out(t.point.into()))),
-        ] {
-            if leaves {
-                return Err(Failure::Input(format!(
-                    "{name} acts out of the plane X-Y, which --planar does not see; leave --planar away"
-                )));
-            }
-        }
         Ok(())
     }
 
     /// The command for a robot.
     pub fn command(&self, robot: &Robot) -> Result<Command, Failure> {
-        self.check(robot)?;
+        self.check()?;
         let mut draft = Draft::new(robot);
         draft.command.loads = self.loads();
         if self.rest.relative_angle {
@@ -242,7 +221,17 @@ impl CommandArgs {
             let problem = |p| Failure::Input(format!("--{}: {p}", quantity.keyword));
             draft.set(quantity.of_tube(tube), value).map_err(problem)?;
         }
-        Ok(draft.command)
+        match draft.command.check(robot, &self.settings()) {
+            Err(problem @ CommandProblem::NotPlanar(None)) => {
+                Err(Failure::Input(format!("--planar: {problem}; leave --planar away")))
+            }
+            Err(CommandProblem::NotPlanar(Some(part))) => Err(Failure::Input(format!(
+                "{} acts out of the plane X-Y, which --planar does not see; leave --planar away",
+                option(part)
+            ))),
+            // What else is wrong with it the solver says.
+            _ => Ok(draft.command),
+        }
     }
 
     fn loads(&self) -> Loads {
@@ -268,6 +257,21 @@ impl CommandArgs {
             gravity: self.rest.gravity.map(Vector3::from),
             threads: self.rest.thread.clone(),
         }
+    }
+}
+
+/// The option that gives a part of the loads.
+fn option(part: LoadPart) -> &'static str {
+    match part {
+        LoadPart::Force(Station::Tip) => "--tip-force",
+        LoadPart::Moment(Station::Tip) => "--tip-moment",
+        LoadPart::Point(Station::Tip) => "--tip-point",
+        LoadPart::Force(Station::Label(_))
+        | LoadPart::Moment(Station::Label(_))
+        | LoadPart::Point(Station::Label(_)) => "--point-force",
+        LoadPart::Distributed => "--distributed",
+        LoadPart::Gravity => "--gravity",
+        LoadPart::Thread => "--thread",
     }
 }
 

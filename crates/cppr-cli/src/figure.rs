@@ -5,7 +5,7 @@ use crate::output;
 use cppr::Vector3;
 use cppr::analysis::Shape;
 use cppr::solve::{Drive, Equilibrium, Formulation, Solver};
-use cppr::statics::{Frame, RotationMeans, Station};
+use cppr::statics::{Frame, Loads, RotationMeans, Station};
 use cppr_plot::{Figure, Force, Line, Marks, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
 
@@ -100,9 +100,9 @@ fn draw(
 
 /// Concentrated forces where they act.
 fn forces(solver: &mut Solver, found: &Equilibrium) -> Vec<Force> {
-    let loads = &found.command().loads;
-    let mut labels: Vec<f64> = loads
-        .wrenches
+    // What is spread along the robot has no arrow.
+    let Loads { wrenches, threads, distributed: _, gravity: _ } = &found.command().loads;
+    let mut labels: Vec<f64> = wrenches
         .iter()
         .map(|w| match w.station {
             Station::Tip => found.robot().length(),
@@ -111,14 +111,14 @@ fn forces(solver: &mut Solver, found: &Equilibrium) -> Vec<Force> {
         .collect();
     labels.push(found.robot().length());
     let sections = solver.shape_at(found, &labels).sections;
-    let wrenches = loads.wrenches.iter().zip(&sections).map(|(wrench, section)| {
+    let wrenches = wrenches.iter().zip(&sections).map(|(wrench, section)| {
         let vector = match wrench.frame {
             Frame::World => wrench.force,
             Frame::Section => section.rotation * wrench.force,
         };
         (section.centre + section.rotation * wrench.point, vector)
     });
-    let threads = loads.threads.iter().zip(sections.last().into_iter().cycle()).map(|(thread, tip)| {
+    let threads = threads.iter().zip(sections.last().into_iter().cycle()).map(|(thread, tip)| {
         let knot = tip.centre + tip.rotation * thread.point;
         let way = thread.pulley - knot;
         let distance = way.norm().max(f64::MIN_POSITIVE);

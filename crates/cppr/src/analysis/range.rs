@@ -7,6 +7,7 @@
 //! is exceeded for less than a step of the walk and then kept again is not seen.
 
 use super::limits::{Governing, Teeth, governing};
+use crate::solve::input::follower_of;
 use crate::solve::path::settle;
 use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
 use nalgebra::Vector3;
@@ -115,7 +116,9 @@ impl Solver {
             let Solver { robot, settings, .. } = &*walk.solver;
             let moves = match input.freedom {
                 Freedom::Rotation => settings.resolution.angle > 0,
-                Freedom::PushPull => !input.is_motion || settings.can_slide(robot, input.tube - 2),
+                Freedom::PushPull => {
+                    !input.is_motion || follower_of(input.tube).is_some_and(|f| settings.can_slide(robot, f))
+                }
             };
             if !moves {
                 continue;

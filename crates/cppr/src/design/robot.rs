@@ -360,15 +360,17 @@ fn tabulate(number: usize, tube: &TubeDesign, length: f64) -> Result<Fields, Vec
         TubeDesign::Stiffness(t) => sample_stiffness(t, length, &abscissae),
     };
     let mut problems = Vec::new();
-    for (x, s) in abscissae.iter().zip(&samples).chain([(&-f64::EPSILON, &below)]) {
+    for (x, values) in abscissae.iter().zip(&samples).chain([(&-f64::EPSILON, &below)]) {
+        let FieldValues { centroid_offset, bending_y, bending_z, torsion, axial, mass_per_length, direction } =
+            *values;
         for (field, value, ok) in [
-            ("the centroid offset", s.centroid_offset, s.centroid_offset >= 0.0),
-            ("the bending stiffness EI_Y", s.bending_y, s.bending_y > 0.0),
-            ("the bending stiffness EI_Z", s.bending_z, s.bending_z > 0.0),
-            ("the torsional stiffness", s.torsion, s.torsion > 0.0),
-            ("the axial stiffness", s.axial, s.axial.is_nan() || s.axial > 0.0),
-            ("the mass per length", s.mass_per_length, s.mass_per_length >= 0.0),
-            ("the direction", s.direction, s.direction.is_finite()),
+            ("the centroid offset", centroid_offset, centroid_offset >= 0.0),
+            ("the bending stiffness EI_Y", bending_y, bending_y > 0.0),
+            ("the bending stiffness EI_Z", bending_z, bending_z > 0.0),
+            ("the torsional stiffness", torsion, torsion > 0.0),
+            ("the axial stiffness", axial, axial.is_nan() || axial > 0.0),
+            ("the mass per length", mass_per_length, mass_per_length >= 0.0),
+            ("the direction", direction, direction.is_finite()),
         ] {
             if !ok || value.is_infinite() {
                 problems.push(DesignProblem::Field { tube: number, field, x: *x, value });

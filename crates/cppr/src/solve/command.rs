@@ -3,7 +3,7 @@
 use super::Settings;
 use super::input::{Freedom, Input, follower_of, tube_of};
 use crate::design::Robot;
-use crate::statics::{LoadProblem, Loads, RotationMeans};
+use crate::statics::{LoadPart, LoadProblem, Loads, RotationMeans};
 use std::fmt;
 
 /// One degree of freedom of an actuator: either its motion or its effort is prescribed.
@@ -76,7 +76,7 @@ impl Actuator {
         }
     }
 
-    /// The same, to be changed.
+    /// The drive of a degree of freedom, to be changed.
     pub fn drive_mut(&mut self, freedom: Freedom) -> &mut Drive {
         match freedom {
             Freedom::PushPull => &mut self.push_pull,
@@ -129,7 +129,7 @@ impl Command {
         self.actuators.get(follower_of(tube)?)
     }
 
-    /// The same, to be changed.
+    /// The actuator of a tube, by its number, to be changed.
     pub fn actuator_mut(&mut self, tube: usize) -> Option<&mut Actuator> {
         self.actuators.get_mut(follower_of(tube)?)
     }
@@ -226,13 +226,16 @@ impl Command {
                 && motion.abs() > 0.0
                 && !settings.can_slide(robot, index)
             {
-                return Err(CommandProblem::NoLever { tube: index + 2 });
+                return Err(CommandProblem::NoLever { tube: tube_of(index) });
             }
         }
         let r = settings.resolution;
         let flat = r.twist == 0 && r.bending_y == 0;
-        if flat && !(robot.is_planar() && self.loads.is_planar()) {
-            return Err(CommandProblem::NotPlanar);
+        if flat && !robot.is_planar() {
+            return Err(CommandProblem::NotPlanar(None));
+        }
+        if let Some(part) = self.loads.out_of_plane().filter(|_| flat) {
+            return Err(CommandProblem::NotPlanar(Some(part)));
         }
         self.loads.check(robot).map_err(CommandProblem::Load)
     }
@@ -297,8 +300,8 @@ pub enum CommandProblem {
         /// Tube number.
         tube: usize,
     },
-    /// The planar resolution is asked to solve for a robot or loads that leave the plane.
-    NotPlanar,
+    /// The planar resolution is asked to solve for loads that leave the plane, or for a robot that does (`None`).
+    NotPlanar(Option<LoadPart>),
     /// A load is wrong.
     Load(LoadProblem),
     /// The equilibrium to start at is that of a robot with another number of tubes.
@@ -363,11 +366,14 @@ impl fmt::Display for CommandProblem {
                     "tube {tube} is to be turned, but the planar resolution holds the angles between tubes"
                 )
             }
-            Self::NotPlanar => {
+            Self::NotPlanar(None) => {
                 write!(
                     f,
-                    "the planar resolution sees neither loads across the X-Y plane nor robots out of it"
+                    "the notches of this robot bend it in space, which the planar resolution does not see"
                 )
+            }
+            Self::NotPlanar(Some(part)) => {
+                write!(f, "{part} acts out of the plane X-Y, which the planar resolution does not see")
             }
             Self::Load(problem) => problem.fmt(f),
             Self::Start { given, tubes } => {

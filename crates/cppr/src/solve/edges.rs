@@ -56,9 +56,9 @@ pub(crate) fn excess_at_plate(
     depth: f64,
 ) -> Option<(f64, Equilibrium)> {
     let mut found = standing.clone();
-    let told = standing.command.actuators[follower].push_pull.value();
+    let prescribed = standing.command.actuators[follower].push_pull.value();
     if side == Side::Outside {
-        return Some((told - standing.point.efforts.tension[follower], found));
+        return Some((prescribed - standing.point.efforts.tension[follower], found));
     }
     let mut command = standing.command.clone();
     for (f, actuator) in command.actuators.iter_mut().enumerate() {
@@ -67,17 +67,17 @@ pub(crate) fn excess_at_plate(
         }
     }
     settle(robot, buffers, &command, &standing.settings, &mut found);
-    found.status.is_equilibrium().then(|| (found.actuators[follower].tension - told, found))
+    found.status.is_equilibrium().then(|| (found.actuators[follower].tension - prescribed, found))
 }
 
-/// Goes on from a follower that has just entered by a prescribed motion to where its tension is `told` (N): by its motion, since
+/// Goes on from a follower that has just entered by a prescribed motion to where its tension is `prescribed` (N): by its motion, since
 /// Newton's method on the force does not find an edge that is far from where it was. `None` where no motion holds that tension.
 pub(super) fn pushed_to(
     robot: &Robot,
     buffers: &mut Buffers,
     entered: Equilibrium,
     follower: usize,
-    told: f64,
+    prescribed: f64,
 ) -> Option<Equilibrium> {
     let length = robot.length();
     let mut command = entered.command.clone();
@@ -88,7 +88,7 @@ pub(super) fn pushed_to(
         found.status.is_equilibrium().then_some(found)
     };
     // By how much an equilibrium is short of the push; it grows from here.
-    let short = |found: &Equilibrium| found.actuators[follower].tension - told;
+    let short = |found: &Equilibrium| found.actuators[follower].tension - prescribed;
     let motion = |found: &Equilibrium| found.actuators[follower].motion;
     let (mut near, mut step) = (entered, FIRST_PUSH * length);
     let mut far = loop {
@@ -106,7 +106,7 @@ pub(super) fn pushed_to(
     let (mut above, mut below) = (short(&near), short(&far));
     let mut moved_near = None;
     for _ in 0..MOST_TURNS {
-        if above.min(-below) <= NEAR_PUSH * told.abs() {
+        if above.min(-below) <= NEAR_PUSH * prescribed.abs() {
             break;
         }
         let share = above / (above - below);
@@ -134,11 +134,11 @@ const MOST_TURNS: u32 = 30;
 
 /// Does a follower driven by force rest at the plate, where its stiffness jumps?
 pub(crate) fn stands(equilibrium: &Equilibrium, follower: usize) -> bool {
-    let (drive, told) = (&equilibrium.drives[follower], &equilibrium.command.actuators[follower]);
-    matches!((drive.push_pull, told.push_pull), (Drive::Motion(_), Drive::Effort(_)))
+    let (drive, prescribed) = (&equilibrium.drives[follower], &equilibrium.command.actuators[follower]);
+    matches!((drive.push_pull, prescribed.push_pull), (Drive::Motion(_), Drive::Effort(_)))
 }
 
-/// The same for an unstable equilibrium under a force.
+/// Under a force, an element beside an edge that is shorter than this part of L is a kink, see [`Tight::is_kink`].
 const LEAST_PUSHED: f64 = 1e-6;
 /// Nearer than this part of L to a load or to another edge, an edge may have failed to pass it.
 const CROWDED: f64 = 1e-2;

@@ -1,4 +1,4 @@
-//! What an actuator is told and what it answers: pull, tension, rotation, torque, of which tube, in which unit.
+//! Inputs of actuators and what is conjugate to them: pull and tension, rotation and torque, of which tube, in which unit.
 //!
 //! Every program, file and page names these quantities; the names and units stand here, and nowhere else.
 

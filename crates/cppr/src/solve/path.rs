@@ -67,7 +67,7 @@ impl Solver {
             return Err(CommandProblem::Start { given, tubes });
         }
         let before = (buffers.iterations, buffers.evaluations);
-        let known = buffers.holds(equilibrium.mark)
+        let evaluated = buffers.holds(equilibrium.mark)
             && equilibrium.robot.serial() == robot.serial()
             && equilibrium.status.is_equilibrium()
             && equilibrium.settings == *settings
@@ -76,7 +76,7 @@ impl Solver {
         equilibrium.settings = *settings;
         equilibrium.belong_to(robot);
         let cold = equilibrium.point.is_rest();
-        let mut finder = Finder { robot, buffers, settings, load_steps: 0, known };
+        let mut finder = Finder { robot, buffers, settings, load_steps: 0, evaluated };
         finder.attempt(command, equilibrium);
         if !equilibrium.status.is_equilibrium() {
             *equilibrium = finder.step_from_rest(command, Status::is_equilibrium);
@@ -107,7 +107,7 @@ pub(crate) fn settle(
     settings: &Settings,
     equilibrium: &mut Equilibrium,
 ) {
-    Finder { robot, buffers, settings, load_steps: 0, known: false }.attempt(command, equilibrium);
+    Finder { robot, buffers, settings, load_steps: 0, evaluated: false }.attempt(command, equilibrium);
     equilibrium.command.copy(command);
 }
 
@@ -123,13 +123,8 @@ struct Finder<'a> {
     buffers: &'a mut Buffers,
     settings: &'a Settings,
     load_steps: usize,
-    /// The buffers has just evaluated the start under the same loads.
-    known: bool,
-}
-
-/// What an attempt starts at; its point is `buffers.start`, and where its edges lie `buffers.edge_ratios`.
-struct Start {
-    layout: Arc<Layout>,
+    /// The buffers hold the evaluation of the start under the same loads.
+    evaluated: bool,
 }
 
 impl Finder<'_> {
@@ -147,7 +142,7 @@ impl Finder<'_> {
         }
         let drives = &mut self.buffers.drives;
         constraint::drives(self.robot, command, self.settings, 0, drives);
-        self.known &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
+        self.evaluated &= equilibrium.drives.iter().zip(&*drives).all(|(old, new)| old.is_held_like(new));
         std::mem::swap(drives, &mut equilibrium.drives);
         // Each prescribed force settles its edge in at most two turns; a third finds it between both, a fourth at the plate.
         for _ in 0..4 * command.actuators.len().max(1) {
@@ -178,11 +173,12 @@ impl Finder<'_> {
         equilibrium.status = Status::NotConverged(Reason::Edges);
     }
 
-    fn start_at(&mut self, equilibrium: &Equilibrium) -> Start {
+    /// Puts the point at which an attempt starts into `buffers.start`, and where its edges lie into `buffers.edge_ratios`; returns its layout.
+    fn start_at(&mut self, equilibrium: &Equilibrium) -> Arc<Layout> {
         self.buffers.start.copy(&equilibrium.point);
         self.buffers.edge_ratios.clear();
         self.buffers.edge_ratios.extend((0..equilibrium.actuators.len()).map(|f| edge_ratio(equilibrium, f)));
-        Start { layout: Arc::clone(&equilibrium.layout) }
+        Arc::clone(&equilibrium.layout)
     }
 
     /// The first follower driven by force whose edge is not where the layout says.
@@ -215,22 +211,22 @@ impl Finder<'_> {
                 if excess <= 0.0 {
                     return None;
                 }
-                let told = command.actuators[f].push_pull.value();
+                let prescribed = command.actuators[f].push_pull.value();
                 let left = match side {
                     Side::Outside => left,
-                    Side::Inside => pushed_to(self.robot, self.buffers, left, f, told)?,
+                    Side::Inside => pushed_to(self.robot, self.buffers, left, f, prescribed)?,
                 };
                 Some((f, left))
             })
         })
     }
 
-    fn on_edges(&mut self, command: &Command, start: &Start, edges: u64, result: &mut Equilibrium) {
+    fn on_edges(&mut self, command: &Command, start: &Arc<Layout>, edges: u64, result: &mut Equilibrium) {
         let (robot, settings, length) = (self.robot, self.settings, self.robot.length());
         // Edges that were not found where they were expected, and where they are looked for instead.
         let mut moved: Vec<(usize, f64)> = Vec::new();
         let (outcome, stable) = loop {
-            let known = self.begin(command, start, edges, &moved, result);
+            let evaluated = self.begin(command, start, edges, &moved, result);
             let system = System {
                 robot,
                 layout: &result.layout,
@@ -239,7 +235,7 @@ impl Finder<'_> {
                 actuators: Each::same(&result.drives),
                 formulation: settings.formulation,
             };
-            let mut outcome = self.buffers.newton(&system, settings, &mut result.point, known);
+            let mut outcome = self.buffers.newton(&system, settings, &mut result.point, evaluated);
             let stable = outcome.is_ok() && stability::is_stable(self.buffers, &system);
             if stable {
                 break (outcome, true);
@@ -256,11 +252,11 @@ impl Finder<'_> {
         self.conclude(result, outcome, stable);
     }
 
-    /// Lays out an attempt and puts the start there. Has the buffers just evaluated it?
+    /// Lays out an attempt and puts the start there. Do the buffers hold its evaluation?
     fn begin(
         &mut self,
         command: &Command,
-        start: &Start,
+        start: &Arc<Layout>,
         edges: u64,
         moved: &[(usize, f64)],
         result: &mut Equilibrium,
@@ -281,22 +277,22 @@ impl Finder<'_> {
         let resolution = self.settings.resolution;
         let layout = self.buffers.layouts.get(robot.tube_count(), length, resolution, cuts);
         let from = &self.buffers.start;
-        let same = Arc::ptr_eq(&layout, &start.layout);
-        // What the buffers has seen is a good start as it is; elsewhere edges jump to where they will be.
-        let known = std::mem::take(&mut self.known) && same;
+        let same = Arc::ptr_eq(&layout, start);
+        // An evaluated start stays as it is; elsewhere edges jump to where they will be.
+        let evaluated = std::mem::take(&mut self.evaluated) && same;
         if same {
             result.point.copy(from);
         } else {
-            result.point = carried(from, &start.layout, &layout, estimate);
+            result.point = carried(from, start, &layout, estimate);
         }
         for (i, follower) in layout.edges.iter().enumerate() {
-            if let (Drive::Motion(_), false) = (result.drives[follower - 1].push_pull, known) {
+            if let (Drive::Motion(_), false) = (result.drives[follower - 1].push_pull, evaluated) {
                 result.point.coordinates[i] = estimate(follower - 1);
             }
         }
         constraint::prescribe(&Each::same(&result.drives), &mut result.point.efforts);
         result.layout = layout;
-        known
+        evaluated
     }
 
     fn conclude(&mut self, result: &mut Equilibrium, outcome: Result<(), NewtonFailure>, stable: bool) {

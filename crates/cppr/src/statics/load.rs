@@ -104,6 +104,40 @@ pub struct Loads {
     pub threads: Vec<Thread>,
 }
 
+/// A part of the loads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadPart {
+    /// The force of a wrench.
+    Force(Station),
+    /// The moment of a wrench.
+    Moment(Station),
+    /// The point at which a wrench acts.
+    Point(Station),
+    /// A distributed force.
+    Distributed,
+    /// Gravity.
+    Gravity,
+    /// A thread.
+    Thread,
+}
+
+impl fmt::Display for LoadPart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, station) = match self {
+            Self::Force(station) => ("the force", station),
+            Self::Moment(station) => ("the moment", station),
+            Self::Point(station) => ("the point of the load", station),
+            Self::Distributed => return write!(f, "a distributed force"),
+            Self::Gravity => return write!(f, "gravity"),
+            Self::Thread => return write!(f, "a thread"),
+        };
+        match station {
+            Station::Tip => write!(f, "{name} on the tip"),
+            Station::Label(label) => write!(f, "{name} at {:.3} mm", label * 1e3),
+        }
+    }
+}
+
 /// A load that cannot be.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LoadProblem {
@@ -227,13 +261,28 @@ impl Loads {
     /// True where no load acts across the X–Y plane.
     #[must_use]
     pub fn is_planar(&self) -> bool {
-        let flat = |v: &Vector3<f64>| v.z.abs() <= 0.0;
-        let along_z = |v: &Vector3<f64>| v.x.abs() <= 0.0 && v.y.abs() <= 0.0;
+        self.out_of_plane().is_none()
+    }
+
+    /// The first part that acts across the X–Y plane.
+    #[must_use]
+    pub fn out_of_plane(&self) -> Option<LoadPart> {
+        let out = |v: &Vector3<f64>| v.z.abs() > 0.0;
         let Self { wrenches, distributed, gravity, threads } = self;
-        wrenches.iter().all(|w| flat(&w.force) && flat(&w.point) && along_z(&w.moment))
-            && distributed.iter().all(|d| flat(&d.force))
-            && gravity.is_none_or(|g| flat(&g))
-            && threads.iter().all(|t| flat(&t.pulley) && flat(&t.point))
+        let of_wrench = |w: &Wrench| {
+            if out(&w.force) {
+                Some(LoadPart::Force(w.station))
+            } else if w.moment.x.abs() > 0.0 || w.moment.y.abs() > 0.0 {
+                Some(LoadPart::Moment(w.station))
+            } else {
+                out(&w.point).then_some(LoadPart::Point(w.station))
+            }
+        };
+        let of_wrenches = wrenches.iter().find_map(of_wrench);
+        let spread = distributed.iter().any(|d| out(&d.force)).then_some(LoadPart::Distributed);
+        let weight = gravity.is_some_and(|g| out(&g)).then_some(LoadPart::Gravity);
+        let thread = threads.iter().any(|t| out(&t.pulley) || out(&t.point)).then_some(LoadPart::Thread);
+        of_wrenches.or(spread).or(weight).or(thread)
     }
 
     /// What is wrong with the loads, on a robot.

@@ -18,4 +18,4 @@ pub(crate) mod stiffness;
 pub(crate) mod weight;
 
 pub use assembly::RotationMeans;
-pub use load::{DistributedForce, Frame, LoadProblem, Loads, Station, Thread, Wrench};
+pub use load::{DistributedForce, Frame, LoadPart, LoadProblem, Loads, Station, Thread, Wrench};

@@ -13,6 +13,7 @@
 //! varies. Kept for comparison with the paper's figures; `assembly` holds what is right.
 
 use super::assembly::{Efforts, Setting, applied};
+use super::load::Loads;
 use crate::dense::axpy;
 use crate::design::fields::FieldJets;
 use crate::kinematics::follower::local;
@@ -131,6 +132,8 @@ fn on_leader(
     let (node, at) = (layout.elements[e].first_node + i, point(layout, e, i));
     let label = state.local[node * layout.rows() + local::X];
     let mut wrench = Wrench::default();
+    // Wrenches and threads act at the ends of elements.
+    let Loads { distributed: _, gravity: _, wrenches: _, threads: _ } = setting.kinds();
     for force in setting.distributed(label) {
         wrench.add(&Wrench::at(&poses.centre[at], force), 1.0);
     }

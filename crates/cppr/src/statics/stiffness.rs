@@ -46,7 +46,9 @@ impl<S: Real> Assembly<S> {
             self.point_force[*at] += load.force;
             self.point_moment[*at] += load.moment + load.arm.cross(&load.force);
         }
-        if !setting.kinds().act_along() {
+        // Wrenches and threads are the concentrated ones; of the others, gravity and distributed forces act at the nodes.
+        let Loads { gravity, distributed, wrenches: _, threads: _ } = setting.kinds();
+        if gravity.is_none() && distributed.is_empty() {
             return;
         }
         let gravity = setting.gravity::<S>();
