@@ -9,7 +9,7 @@ use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
 use cppr::statics::{Loads, RotationMeans, Wrench};
 use std::fmt;
 
-/// Why an input does not belong where it is given. Told without allocating.
+/// Why an input does not belong where it is given. Said without allocating.
 #[derive(Debug)]
 pub(crate) enum Misplaced {
     NoTube { tube: u32, tubes: usize },

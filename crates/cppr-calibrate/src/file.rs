@@ -1,7 +1,7 @@
 //! Fitted values put into a robot file in place; everything else in it stays as it is.
 
 use crate::fit::Estimate;
-use crate::parameter::Kind;
+use crate::parameter::ParameterKind;
 use std::fmt;
 use toml_edit::{DocumentMut, Item, Table, Value, value};
 
@@ -26,11 +26,11 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
         text.parse().map_err(|e: toml_edit::TomlError| FileProblem(e.to_string()))?;
     let mut sorted: Vec<&Estimate> = estimates.iter().collect();
     // A shear modulus replaces Poisson's ratio; it comes after Young's modulus.
-    sorted.sort_by_key(|e| e.parameter.kind == Kind::ShearModulus);
+    sorted.sort_by_key(|e| e.parameter.kind == ParameterKind::ShearModulus);
     for estimate in sorted {
         let number = estimate.value / estimate.parameter.unit().1;
         match (estimate.parameter.kind, estimate.parameter.tube) {
-            (Kind::CentroidOffsetFactor, None) => {
+            (ParameterKind::CentroidOffsetFactor, None) => {
                 put(table(document.as_table_mut(), "calibration")?, "centroid_offset_factor", number);
                 each_tube(&mut document, |tube| {
                     if tube.contains_key("centroid_offset_factor") {
@@ -39,7 +39,7 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
                     Ok(())
                 })?;
             }
-            (Kind::CentroidOffsetFactor, Some(k)) => {
+            (ParameterKind::CentroidOffsetFactor, Some(k)) => {
                 put(own_tube(&mut document, k)?, "centroid_offset_factor", number);
             }
             (kind, None) => {
@@ -57,8 +57,8 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
     Ok(document.to_string())
 }
 
-fn material(table: &mut Table, kind: Kind, number: f64) {
-    if kind == Kind::ShearModulus {
+fn material(table: &mut Table, kind: ParameterKind, number: f64) {
+    if kind == ParameterKind::ShearModulus {
         table.remove("poissons_ratio");
         put(table, "shear_modulus_GPa", number);
     } else {

@@ -14,4 +14,4 @@ mod units;
 pub use data::{Line, Measurement, read};
 pub use file::{FileProblem, fitted_file};
 pub use fit::{Estimate, Fit, FitProblem, Residual, fit};
-pub use parameter::{Kind, Parameter, ParameterProblem};
+pub use parameter::{Parameter, ParameterKind, ParameterProblem};

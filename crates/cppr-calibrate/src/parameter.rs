@@ -5,7 +5,7 @@ use std::fmt;
 
 /// A kind of parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ParameterKind {
     /// Factor on the centroid offset D (-).
     CentroidOffsetFactor,
     /// Young's modulus E (Pa); Poisson's ratio stays.
@@ -18,7 +18,7 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// Which.
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// Tube number, from 1; `None` for all tubes.
     pub tube: Option<usize>,
 }
@@ -57,9 +57,9 @@ impl std::error::Error for ParameterProblem {}
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = match self.kind {
-            Kind::CentroidOffsetFactor => "centroid_offset_factor",
-            Kind::YoungsModulus => "youngs_modulus",
-            Kind::ShearModulus => "shear_modulus",
+            ParameterKind::CentroidOffsetFactor => "centroid_offset_factor",
+            ParameterKind::YoungsModulus => "youngs_modulus",
+            ParameterKind::ShearModulus => "shear_modulus",
         };
         match self.tube {
             None => write!(f, "{name}"),
@@ -83,9 +83,9 @@ impl Parameter {
             }
         };
         let kind = match name {
-            "centroid_offset_factor" => Kind::CentroidOffsetFactor,
-            "youngs_modulus" => Kind::YoungsModulus,
-            "shear_modulus" => Kind::ShearModulus,
+            "centroid_offset_factor" => ParameterKind::CentroidOffsetFactor,
+            "youngs_modulus" => ParameterKind::YoungsModulus,
+            "shear_modulus" => ParameterKind::ShearModulus,
             _ => return Err(unknown()),
         };
         Ok(Self { kind, tube })
@@ -95,8 +95,8 @@ impl Parameter {
     #[must_use]
     pub fn unit(&self) -> (&'static str, f64) {
         match self.kind {
-            Kind::CentroidOffsetFactor => ("-", 1.0),
-            Kind::YoungsModulus | Kind::ShearModulus => ("GPa", 1e9),
+            ParameterKind::CentroidOffsetFactor => ("-", 1.0),
+            ParameterKind::YoungsModulus | ParameterKind::ShearModulus => ("GPa", 1e9),
         }
     }
 
@@ -127,7 +127,7 @@ impl Parameter {
                     return Err(ParameterProblem::NoTube(design.name.clone(), tube, count));
                 }
                 for index in own.tubes(count) {
-                    if own.kind != Kind::CentroidOffsetFactor
+                    if own.kind != ParameterKind::CentroidOffsetFactor
                         && matches!(design.tubes[index], TubeDesign::Stiffness(_))
                     {
                         return Err(ParameterProblem::NoMaterial(design.name.clone(), index + 1));
@@ -145,9 +145,11 @@ impl Parameter {
         for design in designs {
             for tube in &design.tubes[self.tubes(design.tubes.len())] {
                 values.push(match (self.kind, tube) {
-                    (Kind::CentroidOffsetFactor, TubeDesign::Notched(t)) => t.centroid_offset_factor,
-                    (Kind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => t.centroid_offset_factor,
-                    (Kind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus,
+                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Notched(t)) => t.centroid_offset_factor,
+                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => {
+                        t.centroid_offset_factor
+                    }
+                    (ParameterKind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus,
                     (_, TubeDesign::Notched(t)) => t.material.shear_modulus(),
                     (_, TubeDesign::Stiffness(_)) => f64::NAN,
                 });
@@ -161,10 +163,14 @@ impl Parameter {
         let tubes = self.tubes(design.tubes.len());
         for tube in &mut design.tubes[tubes] {
             match (self.kind, tube) {
-                (Kind::CentroidOffsetFactor, TubeDesign::Notched(t)) => t.centroid_offset_factor = value,
-                (Kind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => t.centroid_offset_factor = value,
-                (Kind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus = value,
-                (Kind::ShearModulus, TubeDesign::Notched(t)) => {
+                (ParameterKind::CentroidOffsetFactor, TubeDesign::Notched(t)) => {
+                    t.centroid_offset_factor = value;
+                }
+                (ParameterKind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => {
+                    t.centroid_offset_factor = value;
+                }
+                (ParameterKind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus = value,
+                (ParameterKind::ShearModulus, TubeDesign::Notched(t)) => {
                     t.material.poissons_ratio = t.material.youngs_modulus / (2.0 * value) - 1.0;
                 }
                 (_, TubeDesign::Stiffness(_)) => {}
@@ -177,10 +183,10 @@ impl Parameter {
 pub(crate) fn apply(design: &RobotDesign, list: &[Parameter], values: &[f64]) -> RobotDesign {
     let mut changed = design.clone();
     let both = || list.iter().zip(values);
-    for (parameter, value) in both().filter(|(p, _)| p.kind != Kind::ShearModulus) {
+    for (parameter, value) in both().filter(|(p, _)| p.kind != ParameterKind::ShearModulus) {
         parameter.set(&mut changed, *value);
     }
-    for (parameter, value) in both().filter(|(p, _)| p.kind == Kind::ShearModulus) {
+    for (parameter, value) in both().filter(|(p, _)| p.kind == ParameterKind::ShearModulus) {
         parameter.set(&mut changed, *value);
     }
     changed

@@ -164,10 +164,9 @@ fn family(args: &Args, mut command: Command) -> Result<Family, String> {
     match args.along {
         Along::Actuator(input) => {
             let (from, to) = both(Some(Kind::of(input.quantity())))?;
-            let (tube, tubes) = (input.tube, command.actuators.len() + 1);
-            let actuator = command
-                .actuator(tube)
-                .ok_or_else(|| format!("--along: {}", FamilyProblem::NoSuchTube { tube, tubes }))?;
+            let tube = input.tube;
+            let actuator =
+                command.actuator(tube).ok_or_else(|| format!("--along: {}", command.no_such_tube(tube)))?;
             let given = match actuator.drive(input.freedom) {
                 drive if drive.is_motion() == input.is_motion => drive.value(),
                 // What is not said is held where it is at rest.

@@ -124,7 +124,7 @@ fn what_is_wrong_is_said() {
         (&["--along", "push", "--to", "5mm"][..], "write pull, rotate"),
         (&["--along", "load=2", "--to", "5", "--tip-force", "0,0,1N"], "everything at once"),
         (&["--along", "pull=1", "--to", "5mm"], "no follower"),
-        (&["--along", "pull=3", "--to", "5mm"], "there is no follower 3"),
+        (&["--along", "pull=3", "--to", "5mm"], "there is no tube 3"),
         (&["--along", "pull", "--to", "5"], "5 has no unit"),
         (&["--along", "pull", "--to", "nanmm"], "not a finite number"),
         (&["--along", "pull", "--to", "5N"], "known units here"),

@@ -72,7 +72,7 @@ pub struct CommandRecord {
     pub loads: LoadsRecord,
 }
 
-/// What one actuator was told: motion or effort for its translation and its rotation.
+/// What is prescribed of one actuator: motion or effort for its translation and its rotation.
 #[derive(Clone, Debug, Serialize)]
 pub struct DriveRecord {
     /// Number of the tube.

@@ -62,7 +62,7 @@ fn sharpest(shape: &Shape, tube: usize, reach: f64) -> f64 {
 }
 
 /// Where a section of a tube is.
-struct Place {
+struct BentSection {
     centre: Vector3<f64>,
     frame: Matrix3<f64>,
 }
@@ -81,7 +81,7 @@ fn bend_along(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, shape: 
     abscissae.dedup_by(|a, b| a.total_cmp(b).is_eq());
     let labels: Vec<f64> = abscissae.iter().map(|&x| label(shape, tube, x)).collect();
     let sections = solver.shape_at(found, &labels).sections;
-    let places: Vec<Place> = sections
+    let places: Vec<BentSection> = sections
         .iter()
         .zip(&abscissae)
         .map(|(section, &x)| {
@@ -92,7 +92,7 @@ fn bend_along(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, shape: 
             // Below the plate and beyond the tip. In between, what is left is the error of the inverted map.
             let at_end = section.label <= 0.0 || section.label >= robot.length();
             let straight = if at_end { x - at.abscissa } else { 0.0 };
-            Place { centre: section.centre + frame.column(0) * straight, frame }
+            BentSection { centre: section.centre + frame.column(0) * straight, frame }
         })
         .collect();
     for position in &mut mesh.positions {

@@ -34,6 +34,8 @@ COMMANDS: list[tuple[Call, type[Exception], str]] = [
     (lambda r: r.solve(tip_force=[0, 0, math.inf]), cppr.CommandError, "not a finite number"),
     (lambda r: r.solve(loads=cppr.Gravity()), TypeError, "loads must be a list of"),
     (lambda r: r.solve(loads=[1]), TypeError, "a load must be"),
+    (lambda r: r.solve(loads=[type("Gravity", (), {"acceleration": (0, 0, -1)})()]), TypeError, "a load must be"),
+    (lambda r: r.solve(settings=type("Settings", (), {})()), TypeError, "settings must be a Settings"),
     (lambda r: r.solve(loads=[cppr.Wrench((0, 1, 0), at=0.2)]), cppr.CommandError, "200.000 mm, but"),
     (lambda r: r.solve(loads=[cppr.Wrench((0, 1, 0), frame="tip")]), ValueError, '"base" or "section"'),
     (lambda r: r.solve(settings={"planar": True}), TypeError, "settings must be a Settings, not dict"),

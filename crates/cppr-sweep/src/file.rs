@@ -5,7 +5,7 @@ use crate::format::{self, Format, Source};
 use crate::journal::{Journal, parts_of};
 use crate::manifest::manifest;
 use crate::run::run;
-use crate::table::{Chunk, Kind, Verdict};
+use crate::table::{Chunk, ColumnKind, Verdict};
 use crate::task::Task;
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 use std::fmt;
@@ -163,7 +163,7 @@ fn survey(
     columns: &[crate::table::Column],
     visit: &mut impl FnMut(&Chunk),
 ) -> Result<Finished, FileProblem> {
-    let status = columns.iter().position(|c| c.kind == Kind::Status).unwrap_or_default();
+    let status = columns.iter().position(|c| c.kind == ColumnKind::Status).unwrap_or_default();
     let mut finished = Finished::default();
     for number in 0..chunks {
         let chunk = journal.read(number).map_err(FileProblem::at(&journal.folder))?;

@@ -1,7 +1,7 @@
 //! What a sweep is, as JSON: written into every result, and compared before an interrupted sweep goes on.
 
 use crate::axis::Values;
-use crate::table::{Kind, Verdict};
+use crate::table::{ColumnKind, Verdict};
 use crate::task::{Plan, Task};
 use cppr::analysis::Teeth;
 use cppr_io::result::{CommandRecord, ResolutionRecord, formulation_name};
@@ -45,9 +45,9 @@ pub(crate) fn manifest(task: &Task) -> Value {
         .into_iter()
         .map(|column| {
             let kind = match column.kind {
-                Kind::Number => "number",
-                Kind::Status => "status",
-                Kind::Count => "count",
+                ColumnKind::Number => "number",
+                ColumnKind::Status => "status",
+                ColumnKind::Count => "count",
             };
             json!({ "name": column.name, "kind": kind })
         })

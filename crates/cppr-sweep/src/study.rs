@@ -4,7 +4,7 @@
 //! b = C⁻¹ c. An input with the standard deviation σ moves the output by |b| σ and makes the share (b σ)² of its variance, where
 //! the inputs are independent, as samples are; the fit as a whole explains b·c of it. What the fit leaves is curvature and products of inputs.
 
-use crate::table::{Chunk, Kind, Verdict};
+use crate::table::{Chunk, ColumnKind, Verdict};
 use crate::task::Task;
 use nalgebra::{DMatrix, DVector};
 
@@ -78,14 +78,14 @@ impl Study {
     #[must_use]
     pub fn new(task: &Task) -> Self {
         let all = task.columns();
-        let status = all.iter().position(|c| c.kind == Kind::Status).unwrap_or_default();
+        let status = all.iter().position(|c| c.kind == ColumnKind::Status).unwrap_or_default();
         // Quaternions and places have no mean worth telling.
-        let told =
+        let summarised =
             |name: &str| !(name.starts_with("tip_q") || name.ends_with("_x_m") && !name.starts_with("tip"));
         let columns: Vec<(usize, String)> = all
             .into_iter()
             .enumerate()
-            .filter(|(_, column)| column.kind == Kind::Number && told(&column.name))
+            .filter(|(_, column)| column.kind == ColumnKind::Number && summarised(&column.name))
             .map(|(index, column)| (index, column.name))
             .collect();
         let width = columns.len();

@@ -75,7 +75,7 @@ impl From<Status> for Verdict {
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// A number; NaN where there is none.
     Number,
     /// A code of [`Verdict`].
@@ -90,7 +90,7 @@ pub struct Column {
     /// Name, the unit at its end.
     pub name: String,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: ColumnKind,
 }
 
 /// Successive rows of the table.

@@ -3,7 +3,7 @@
 use crate::axis::{Axis, Variable};
 use crate::chunking::Chunking;
 use crate::halton::Halton;
-use crate::table::{Column, Kind};
+use crate::table::{Column, ColumnKind};
 use cppr::analysis::Teeth;
 use cppr::design::Robot;
 use cppr::solve::{Command, Quantity, Settings};
@@ -57,10 +57,10 @@ impl Task {
     /// The columns: inputs, status, tip, bend, actuators, energy, margin and limits where asked for, Newton steps.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
-        let number = |name: String| Column { name, kind: Kind::Number };
+        let number = |name: String| Column { name, kind: ColumnKind::Number };
         let mut columns: Vec<Column> =
             self.axes.iter().map(|axis| number(axis.variable.column(&self.base))).collect();
-        columns.push(Column { name: "status".into(), kind: Kind::Status });
+        columns.push(Column { name: "status".into(), kind: ColumnKind::Status });
         let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
         columns.extend(tip.map(|name| number(name.into())));
         columns.push(number("bend_angle_rad".into()));
@@ -74,12 +74,12 @@ impl Task {
         }
         if self.limits.is_some() {
             for limit in ["strain", "closure", "torsion"] {
-                let count = |what: &str| Column { name: format!("{limit}_{what}"), kind: Kind::Count };
+                let count = |what: &str| Column { name: format!("{limit}_{what}"), kind: ColumnKind::Count };
                 columns.push(number(format!("{limit}_utilisation")));
                 columns.extend([count("tube"), count("notch"), number(format!("{limit}_x_m"))]);
             }
         }
-        columns.push(Column { name: "newton_steps".into(), kind: Kind::Count });
+        columns.push(Column { name: "newton_steps".into(), kind: ColumnKind::Count });
         columns
     }
 

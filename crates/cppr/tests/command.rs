@@ -6,8 +6,10 @@ mod common;
 use common::stiff_tube;
 use cppr::Vector3;
 use cppr::design::{Profile, Robot, StiffnessTube, TubeDesign};
-use cppr::solve::{Actuator, Command, CommandProblem, Draft, Drive, Freedom, Quantity, Solver, Status};
-use cppr::statics::{LoadProblem, Loads};
+use cppr::solve::{
+    Actuator, Command, CommandProblem, Draft, Drive, Freedom, Quantity, Settings, Solver, Status,
+};
+use cppr::statics::{LoadPart, LoadProblem, Loads, Station, Thread, Wrench};
 use std::f64::consts::PI;
 
 fn robot(count: u32) -> Robot {
@@ -64,6 +66,48 @@ fn a_draft_takes_each_freedom_once_and_knows_the_tubes() {
     assert_eq!(draft.given().len(), 3);
     assert!(said(&mut Draft::new(&self::robot(2)), Quantity::PULL, 3).contains("only follower"));
     assert!(said(&mut Draft::new(&self::robot(1)), Quantity::PULL, 2).contains("only its leader"));
+}
+
+/// What the planar resolution does not see is named, by the core alone: the robot, or the part of the loads that leaves the plane.
+#[test]
+fn what_leaves_the_plane_is_named() {
+    let (x, z) = (Vector3::x(), Vector3::z());
+    let wrench = Wrench::tip_force(Vector3::y());
+    let at = |label| Wrench { station: Station::Label(label), ..Wrench::tip_force(z) };
+    let thread = Thread { tension: 1.0, pulley: x + z, radius: 0.0, left: true, point: Vector3::zeros() };
+    let none = Loads::none;
+    for (loads, part, words) in [
+        (Loads::tip_force(z), LoadPart::Force(Station::Tip), "the force on the tip acts"),
+        (
+            Loads { wrenches: vec![wrench, at(0.03)], ..none() },
+            LoadPart::Force(Station::Label(0.03)),
+            "at 30.000 mm",
+        ),
+        (
+            Loads { wrenches: vec![Wrench::tip_moment(x)], ..none() },
+            LoadPart::Moment(Station::Tip),
+            "the moment",
+        ),
+        (
+            Loads { wrenches: vec![Wrench { point: z, ..wrench }], ..none() },
+            LoadPart::Point(Station::Tip),
+            "the point",
+        ),
+        (Loads { gravity: Some(z), ..none() }, LoadPart::Gravity, "gravity"),
+        (Loads { threads: vec![thread], ..none() }, LoadPart::Thread, "a thread"),
+    ] {
+        let flat = robot(2).design().clone();
+        let tubes = flat.tubes.into_iter().take(1).collect();
+        let flat = common::robot(0.1, tubes);
+        let command = Command::held(&flat).with_loads(loads);
+        let problem = command.check(&flat, &Settings::planar()).unwrap_err();
+        assert_eq!(problem, CommandProblem::NotPlanar(Some(part)));
+        assert!(problem.to_string().contains(words), "{problem}");
+        // In space the same loads are none of its business.
+        assert_ne!(command.check(&flat, &Settings::default()).err(), Some(problem));
+    }
+    let problem = Command::held(&robot(3)).check(&robot(3), &Settings::planar()).unwrap_err();
+    assert_eq!(problem, CommandProblem::NotPlanar(None));
 }
 
 #[test]

@@ -263,7 +263,7 @@ fn what_cannot_be_followed_is_said() {
     let push = Freedom::PushPull;
     assert_eq!(
         problem(Family::actuator(held.clone(), 3, push, 1.0)),
-        FamilyProblem::NoSuchTube { tube: 3, tubes: 2 }
+        FamilyProblem::Command(held.no_such_tube(3))
     );
     assert_eq!(problem(Family::actuator(held.clone(), 2, push, 0.0)), FamilyProblem::Nothing);
     assert_eq!(problem(Family::actuator(held.clone(), 2, push, f64::NAN)), FamilyProblem::NotFinite);

@@ -43,13 +43,31 @@ fn an_equilibrium_answers_for_its_own_robot() {
     assert!((other.tip(&busy).centre - busy.tip().centre).norm() < 1e-12);
 }
 
+/// Coordinates count strain from rest: with held motors and without load they vanish, which is an equilibrium of every robot as it
+/// stands, and where solves begin.
+#[test]
+fn rest_is_an_equilibrium() {
+    for seed in 0..30 {
+        let robot = Robot::from_design(common::cases::random_case(seed).0).unwrap();
+        let (held, mut solver) = (Command::held(&robot), Solver::new(&robot));
+        let rest = solver.rest();
+        let forces = solver.generalised_forces(&held, rest.coordinates()).unwrap().forces;
+        let stiffness = robot.fields_at(0, 0.5 * robot.length()).bending_z;
+        assert!(forces.iter().all(|force| force.abs() < 1e-12 * stiffness), "{seed}: {forces:?}");
+        let solved = solver.solve(&held).unwrap();
+        assert!(solved.status().is_equilibrium() && solved.statistics().iterations == 0, "{seed}");
+        assert_eq!(solved.coordinates(), rest.coordinates());
+        assert!((solved.tip().centre - rest.tip().centre).norm() < 1e-15);
+    }
+}
+
 #[test]
 fn a_start_of_another_kind_is_refused_and_one_of_a_similar_robot_helps() {
     let (first, second) = (one(), three());
     let eq = Solver::new(&first).solve(&Command::pull(&[5e-3])).unwrap();
     let mut solver = Solver::new(&second);
     let command = Command::pull(&[1e-3, -5e-4]);
-    let problem = CommandProblem::Start { given: 2, tubes: 3 };
+    let problem = CommandProblem::OtherStart { given: 2, tubes: 3 };
     assert_eq!(solver.solve_from(&command, &eq).unwrap_err(), problem);
     let mut start = eq.clone();
     assert_eq!(solver.solve_into(&command, &mut start).unwrap_err(), problem);
@@ -60,7 +78,7 @@ fn a_start_of_another_kind_is_refused_and_one_of_a_similar_robot_helps() {
     // A path begins at an equilibrium of the solver's own.
     let family = Family::actuator(Command::held(&second), 2, Freedom::PushPull, 1e-3).unwrap();
     let problem = solver.trace_from(&family, &Tracing::default(), &eq).unwrap_err();
-    assert_eq!(problem, FamilyProblem::Start);
+    assert_eq!(problem, FamilyProblem::OtherStart);
 
     let stiffer = prototype("R1", 1.25, BelowPlate::Plain);
     let mut solver = Solver::new(&stiffer);

@@ -1,7 +1,7 @@
 //! CSV: shortest numbers that read back to the same bits, NaN where there is none.
 
 use super::Source;
-use crate::table::{Chunk, Column, Kind, Verdict};
+use crate::table::{Chunk, Column, ColumnKind, Verdict};
 use crate::task::Task;
 use rayon::prelude::*;
 use std::fs::File;
@@ -17,7 +17,7 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
         .columns
         .iter()
         .flat_map(|column| {
-            let text = (column.kind == Kind::Status).then_some("status_text");
+            let text = (column.kind == ColumnKind::Status).then_some("status_text");
             std::iter::once(column.name.as_str()).chain(text)
         })
         .chain(["reason"])
@@ -49,9 +49,9 @@ fn lines(chunk: &Chunk, task: &Task, columns: &[Column]) -> Vec<u8> {
             let value = chunk.column(c)[row];
             let written = number.format(value);
             match column.kind {
-                Kind::Number => text.extend_from_slice(written.as_bytes()),
-                Kind::Count => text.extend_from_slice(written.trim_end_matches(".0").as_bytes()),
-                Kind::Status => {
+                ColumnKind::Number => text.extend_from_slice(written.as_bytes()),
+                ColumnKind::Count => text.extend_from_slice(written.trim_end_matches(".0").as_bytes()),
+                ColumnKind::Status => {
                     text.extend_from_slice(written.trim_end_matches(".0").as_bytes());
                     text.push(b',');
                     let word = Verdict::from_code(value).map_or("", Verdict::text);

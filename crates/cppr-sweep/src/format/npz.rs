@@ -1,7 +1,7 @@
 //! NPZ: an uncompressed zip of NumPy arrays, written column by column.
 
 use super::Source;
-use crate::table::Kind;
+use crate::table::ColumnKind;
 use npyz::{AutoSerialize, WriteOptions, WriterBuilder};
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -21,12 +21,12 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
     for (index, column) in source.columns.iter().enumerate() {
         zip.start_file(format!("{}.npy", column.name), options)?;
         match column.kind {
-            Kind::Number => put(source, &mut zip, index, |v| v)?,
+            ColumnKind::Number => put(source, &mut zip, index, |v| v)?,
             // Codes and counts are small whole numbers.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            Kind::Status => put(source, &mut zip, index, |v| v as u8)?,
+            ColumnKind::Status => put(source, &mut zip, index, |v| v as u8)?,
             #[allow(clippy::cast_possible_truncation)]
-            Kind::Count => put(source, &mut zip, index, |v| v as i32)?,
+            ColumnKind::Count => put(source, &mut zip, index, |v| v as i32)?,
         }
     }
     zip.start_file("reasons.npy", options)?;

@@ -1,7 +1,7 @@
 //! Parquet: one row group per some ten thousand rows, nulls where there is no number.
 
 use super::Source;
-use crate::table::{Chunk, Column, Kind, Verdict};
+use crate::table::{Chunk, Column, ColumnKind, Verdict};
 use crate::task::Task;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type};
@@ -51,13 +51,13 @@ fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
     let mut fields = Vec::new();
     for Column { name, kind } in columns {
         let (physical, repetition) = match kind {
-            Kind::Number => (Physical::DOUBLE, Repetition::OPTIONAL),
-            Kind::Count => (Physical::INT32, Repetition::OPTIONAL),
-            Kind::Status => (Physical::INT32, Repetition::REQUIRED),
+            ColumnKind::Number => (Physical::DOUBLE, Repetition::OPTIONAL),
+            ColumnKind::Count => (Physical::INT32, Repetition::OPTIONAL),
+            ColumnKind::Status => (Physical::INT32, Repetition::REQUIRED),
         };
         let field = Type::primitive_type_builder(name, physical).with_repetition(repetition);
         fields.push(Arc::new(field.build()?));
-        if *kind == Kind::Status {
+        if *kind == ColumnKind::Status {
             fields.push(text("status_text", Repetition::REQUIRED)?);
         }
     }
@@ -79,7 +79,7 @@ fn put(
         // 1 where there is a number, 0 for a null; not asked for where a number is required.
         let levels: Vec<i16> = values().map(|v| i16::from(!v.is_nan())).collect();
         let mut out = rows.next_column()?.ok_or_else(missing)?;
-        if column.kind == Kind::Number {
+        if column.kind == ColumnKind::Number {
             let numbers: Vec<f64> = there().collect();
             out.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
         } else {
@@ -89,7 +89,7 @@ fn put(
             out.typed::<Int32Type>().write_batch(&whole, Some(&levels), None)?;
         }
         out.close()?;
-        if column.kind == Kind::Status {
+        if column.kind == ColumnKind::Status {
             let words: Vec<ByteArray> =
                 values().map(|v| Verdict::from_code(v).map_or("", Verdict::text).into()).collect();
             let mut out = rows.next_column()?.ok_or_else(missing)?;

@@ -262,7 +262,7 @@ impl Judged<f64> {
     }
 }
 
-/// Judges all pieces of all tubes; `visit` is told in which lanes a piece stands in the robot.
+/// Judges all pieces of all tubes; `visit` gets the lanes in which a piece is inside the robot.
 fn judge<S: Real>(
     robot: &Robot,
     buffers: &Buffers<S>,

@@ -305,7 +305,7 @@ pub enum CommandProblem {
     /// A load is wrong.
     Load(LoadProblem),
     /// The equilibrium to start at is that of a robot with another number of tubes.
-    Start {
+    OtherStart {
         /// Tubes of the start.
         given: usize,
         /// Tubes of the robot.
@@ -376,7 +376,7 @@ impl fmt::Display for CommandProblem {
                 write!(f, "{part} acts out of the plane X-Y, which the planar resolution does not see")
             }
             Self::Load(problem) => problem.fmt(f),
-            Self::Start { given, tubes } => {
+            Self::OtherStart { given, tubes } => {
                 write!(f, "the start is an equilibrium of {given} tubes, the robot has {tubes}")
             }
         }

@@ -64,7 +64,7 @@ impl Solver {
         command.check(robot, settings)?;
         let (given, tubes) = (equilibrium.robot.tube_count(), robot.tube_count());
         if given != tubes {
-            return Err(CommandProblem::Start { given, tubes });
+            return Err(CommandProblem::OtherStart { given, tubes });
         }
         let before = (buffers.iterations, buffers.evaluations);
         let evaluated = buffers.holds(equilibrium.mark)

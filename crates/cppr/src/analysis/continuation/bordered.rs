@@ -53,7 +53,7 @@ impl Stage {
 
 /// A point and its fraction.
 #[derive(Clone)]
-pub(super) struct Place {
+pub(super) struct PathState {
     pub point: Point,
     pub fraction: f64,
 }
@@ -62,7 +62,7 @@ pub(super) struct Place {
 #[derive(Clone)]
 pub(super) struct Node {
     pub stage: Stage,
-    pub place: Place,
+    pub place: PathState,
     /// dz/ds, scaled.
     pub tangent: Vec<f64>,
     /// Of B with c = W t.
@@ -153,7 +153,7 @@ impl<'a> Bordered<'a> {
     }
 
     /// Residual and r_y at a place, whose prescribed efforts are brought to its fraction.
-    fn conditions(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
+    fn conditions(&mut self, stage: &Stage, place: &mut PathState) -> Option<()> {
         self.with_system(stage, place.fraction, |solver, system| {
             prescribe(&system.actuators, &mut place.point.efforts);
             solver.buffers.evaluate(system, &place.point).ok()?;
@@ -163,8 +163,8 @@ impl<'a> Bordered<'a> {
     }
 
     /// Residual, r_y and r_λ.
-    fn evaluate(&mut self, stage: &Stage, place: &mut Place) -> Option<()> {
-        let mut ahead = Place { fraction: place.fraction + 1.0, point: place.point.clone() };
+    fn evaluate(&mut self, stage: &Stage, place: &mut PathState) -> Option<()> {
+        let mut ahead = PathState { fraction: place.fraction + 1.0, point: place.point.clone() };
         self.conditions(stage, &mut ahead)?;
         self.rate.clone_from(&self.buffers.residual);
         self.conditions(stage, place)?;
@@ -191,7 +191,7 @@ impl<'a> Bordered<'a> {
         self.lu.factor(&self.matrix, n).ok()
     }
 
-    fn advance(&mut self, stage: &Stage, place: &mut Place, step: &[f64], factor: f64) {
+    fn advance(&mut self, stage: &Stage, place: &mut PathState, step: &[f64], factor: f64) {
         self.with_system(stage, place.fraction, |_, system| {
             place.point = advanced(system, &place.point, &step[..step.len() - 1], factor);
         });
@@ -199,7 +199,13 @@ impl<'a> Bordered<'a> {
     }
 
     /// The place at a distance along a direction.
-    pub fn predicted(&mut self, stage: &Stage, from: &Place, direction: &[f64], distance: f64) -> Place {
+    pub fn predicted(
+        &mut self,
+        stage: &Stage,
+        from: &PathState,
+        direction: &[f64],
+        distance: f64,
+    ) -> PathState {
         let mut place = from.clone();
         self.advance(stage, &mut place, direction, distance);
         place
@@ -210,7 +216,7 @@ impl<'a> Bordered<'a> {
     pub fn correct(
         &mut self,
         stage: &Stage,
-        place: &mut Place,
+        place: &mut PathState,
         row: &[f64],
         tolerance: f64,
     ) -> Option<usize> {
@@ -236,21 +242,21 @@ impl<'a> Bordered<'a> {
     }
 
     /// How far another place of the same stage lies along a weighed direction.
-    pub fn offset(&self, from: &Place, to: &Place, row: &[f64]) -> f64 {
+    pub fn offset(&self, from: &PathState, to: &PathState, row: &[f64]) -> f64 {
         let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.buffers.units);
         let along: f64 = moved.zip(row).map(|(((a, b), unit), r)| r * (b - a) / unit).sum();
         along + row[row.len() - 1] * (to.fraction - from.fraction)
     }
 
     /// Distance of two places of one stage.
-    pub fn distance(&self, from: &Place, to: &Place) -> f64 {
+    pub fn distance(&self, from: &PathState, to: &PathState) -> f64 {
         let moved = from.point.coordinates.iter().zip(&to.point.coordinates).zip(&self.buffers.units);
         let square: f64 = moved.map(|((a, b), unit)| ((b - a) / unit).powi(2)).sum();
         (square + (to.fraction - from.fraction).powi(2)).sqrt()
     }
 
     /// What there is to know at the corrected place; its tangent points along `row`.
-    pub fn node(&mut self, stage: &Stage, place: &Place, row: &[f64]) -> Option<Node> {
+    pub fn node(&mut self, stage: &Stage, place: &PathState, row: &[f64]) -> Option<Node> {
         self.factor(row)?;
         let mut determinant = self.lu.determinant();
         let mut tangent = vec![0.0; row.len()];
@@ -276,7 +282,7 @@ impl<'a> Bordered<'a> {
     }
 
     /// The evaluated place as an equilibrium.
-    fn read(&mut self, stage: &Stage, place: &Place, spectrum: Option<&[f64]>) -> PathPoint {
+    fn read(&mut self, stage: &Stage, place: &PathState, spectrum: Option<&[f64]>) -> PathPoint {
         let command = self.family.at(place.fraction);
         let inertia = spectrum.map(stability::negative);
         let mut equilibrium = Equilibrium {

@@ -44,13 +44,6 @@ pub struct Family {
 /// A path that cannot be followed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FamilyProblem {
-    /// The robot has no such follower.
-    NoSuchTube {
-        /// Tube number asked for.
-        tube: usize,
-        /// Number of tubes of the robot.
-        tubes: usize,
-    },
     /// First and last command prescribe the motion here and the effort there.
     Drives {
         /// Tube number.
@@ -67,15 +60,12 @@ pub enum FamilyProblem {
     /// The command at one end cannot be asked of the robot.
     Command(CommandProblem),
     /// The equilibrium to start at is that of another robot or of other settings.
-    Start,
+    OtherStart,
 }
 
 impl fmt::Display for FamilyProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoSuchTube { tube, tubes } => {
-                write!(f, "there is no follower {tube} on a robot of {tubes} tubes")
-            }
             Self::Drives { tube } => write!(
                 f,
                 "tube {tube} is driven by motion at one end of the path and by effort at the other; drive it one way"
@@ -85,7 +75,7 @@ impl fmt::Display for FamilyProblem {
             Self::NotFinite => write!(f, "an end of the path is not a finite number"),
             Self::Nothing => write!(f, "the path begins where it ends: nothing varies"),
             Self::Command(problem) => problem.fmt(f),
-            Self::Start => write!(
+            Self::OtherStart => write!(
                 f,
                 "the equilibrium to start at was not found by this solver: its robot or its settings are others"
             ),
@@ -101,10 +91,9 @@ impl Family {
     /// # Errors
     /// Where the robot has no such follower or the value is already there.
     pub fn actuator(command: Command, tube: usize, freedom: Freedom, to: f64) -> Result<Self, FamilyProblem> {
-        let tubes = command.actuators.len() + 1;
         let mut last = command.clone();
         let Some(actuator) = last.actuator_mut(tube) else {
-            return Err(FamilyProblem::NoSuchTube { tube, tubes });
+            return Err(FamilyProblem::Command(command.no_such_tube(tube)));
         };
         let drive = actuator.drive_mut(freedom);
         let from = drive.value();

@@ -25,7 +25,7 @@ mod track;
 pub use family::{Family, FamilyProblem, Parameter};
 
 use crate::solve::{Equilibrium, Solver, Status};
-use bordered::{Bordered, Node, Place};
+use bordered::{Bordered, Node, PathState};
 use nalgebra::Vector3;
 use track::{Tracer, Trail};
 
@@ -200,7 +200,7 @@ impl Solver {
     ) -> Result<Vec<Branch>, FamilyProblem> {
         family.check(self)?;
         if start.robot.serial() != self.robot.serial() || start.settings != self.settings {
-            return Err(FamilyProblem::Start);
+            return Err(FamilyProblem::OtherStart);
         }
         let mut tracer = Tracer::new(Bordered::new(self, family), tracing);
         let Some(first) = tracer.begin(start) else {
@@ -264,7 +264,7 @@ fn collect(
 /// How near (relative) two branch points are one: far above the error of location, far below the distance of two.
 const SAME: f64 = 1e-4;
 
-fn same(a: &Place, b: &Place) -> bool {
+fn same(a: &PathState, b: &PathState) -> bool {
     let (a_u, b_u) = (&a.point.coordinates, &b.point.coordinates);
     let size = a_u.iter().chain(b_u).fold(0.0_f64, |m, x| m.max(x.abs()));
     a_u.len() == b_u.len()

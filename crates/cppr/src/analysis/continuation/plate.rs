@@ -4,7 +4,7 @@
 //! the plate, between the tensions of both sides. Where an edge meets a load or another edge, their order changes. Towards
 //! such a place steps shrink geometrically, and the last one leads past it.
 
-use super::bordered::{Node, Place, Stage, size_of};
+use super::bordered::{Node, PathState, Stage, size_of};
 use super::events::enclose;
 use super::track::{Tracer, beyond};
 use super::{End, PointKind};
@@ -172,7 +172,7 @@ impl Tracer<'_> {
         let cuts = loads.cuts().map(Cut::fixed).chain(edges);
         let resolution = self.solver.settings.resolution;
         let layout = self.solver.buffers.layouts.get(robot.tube_count(), length, resolution, cuts);
-        let place = Place {
+        let place = PathState {
             point: carried(&here.place.point, &old, &layout, label),
             fraction: here.place.fraction + approach.distance() * here.slope(),
         };
@@ -276,7 +276,7 @@ impl Tracer<'_> {
         let last = row.len() - 1;
         row[last] = 1.0;
         let stage = Stage { layout: found.layout, standing };
-        let place = Place { point: found.point, fraction: node.place.fraction };
+        let place = PathState { point: found.point, fraction: node.place.fraction };
         let mut first = self.settled(&stage, place, &row)?;
         let mut approaches = self.approaches(&first).into_iter();
         if approaches.any(|a| a.follower == follower && a.meeting == Meeting::Plate && a.rate < 0.0) {

@@ -1,6 +1,6 @@
 //! Predictor and corrector with step control.
 
-use super::bordered::{Bordered, Node, Place, Stage, size_of, weigh};
+use super::bordered::{Bordered, Node, PathState, Stage, size_of, weigh};
 use super::events::{Between, SEPARATE, Test};
 use super::plate::Room;
 use super::{End, PathPoint, PointKind, Tracing};
@@ -52,14 +52,14 @@ impl<'a> Tracer<'a> {
     }
 
     /// Stage and place of an equilibrium that the solver found.
-    pub fn standing_of(found: &Equilibrium, fraction: f64) -> (Stage, Place) {
+    pub fn standing_of(found: &Equilibrium, fraction: f64) -> (Stage, PathState) {
         let standing = (0..found.drives.len()).fold(0, |bits, f| bits | u64::from(stands(found, f)) << f);
         let stage = Stage { layout: Arc::clone(&found.layout), standing };
-        (stage, Place { point: found.point.clone(), fraction })
+        (stage, PathState { point: found.point.clone(), fraction })
     }
 
     /// Corrects a place across `row` and makes a node of it.
-    pub fn settled(&mut self, stage: &Stage, mut place: Place, row: &[f64]) -> Option<Node> {
+    pub fn settled(&mut self, stage: &Stage, mut place: PathState, row: &[f64]) -> Option<Node> {
         self.solver.correct(stage, &mut place, row, self.solver.settings.tolerance)?;
         self.solver.node(stage, &place, row)
     }
