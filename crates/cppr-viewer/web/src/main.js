@@ -170,8 +170,9 @@ let resting = false;
 
 function reset() {
   resting = true;
-  const fresh = structuredClone(store.scenario);
-  store.replace({ formulation: fresh.formulation, stretch: fresh.stretch });
+  // How to solve stays.
+  const { formulation, stretch, modes, refine, rotation_means } = store.scenario;
+  store.replace({ formulation, stretch, modes, refine, rotation_means });
   stage.clearTrace();
 }
 

@@ -82,6 +82,9 @@ function forces(store, robot) {
 
 const GRAVITY = { none: null, "-Z": [0, 0, -9.81], "-Y": [0, -9.81, 0], "+X": [9.81, 0, 0], "-X": [-9.81, 0, 0] };
 
+/** Factors on modes and nodes; a file may have any from 1 to 8. */
+const REFINEMENTS = [1, 2, 4, 8];
+
 function options(store, robot) {
   const change = (edit) => {
     store.change(edit);
@@ -96,6 +99,18 @@ function options(store, robot) {
     [["consistent", "consistent", "Stationary total energy"], ["printed", "printed", "The paper's projection of wrenches, for comparison"]],
     store.scenario.formulation,
     (v) => change((s) => (s.formulation = v)),
+  );
+  const modes = choice(
+    "Modes",
+    [["default", "default", "Tip within 1e-4 of the length, for every robot shipped"], ["paper", "paper", "The paper's 3 + 3 + 3 + 2"], ["planar", "planar", "Five modes, nothing leaves the plane X-Y"]],
+    store.scenario.modes,
+    (v) => change((s) => (s.modes = v)),
+  );
+  const refine = choice(
+    "Times as many modes",
+    REFINEMENTS.map((n) => [n, `×${n}`, `${n} times the modes and nodes, to see whether the answer stays`]),
+    store.scenario.refine,
+    (v) => change((s) => (s.refine = v)),
   );
   const stretch = tick("tubes stretch", store.scenario.stretch, (v) => change((s) => (s.stretch = v)), "Axial strain of every tube");
   if (!robot.has_mass) {
@@ -112,11 +127,15 @@ function options(store, robot) {
     el("legend", {}, "Model"),
     el("div", { className: "line" }, el("span", {}, "Gravity"), gravity.node),
     el("div", { className: "line" }, el("span", {}, "Formulation"), formulation.node),
+    el("div", { className: "line" }, el("span", {}, "Modes"), modes.node),
+    el("div", { className: "line" }, el("span", {}, "Refined"), refine.node),
     stretch.node,
   );
   const show = () => {
     gravity.set(direction(store.scenario.gravity_m_s2));
     formulation.set(store.scenario.formulation);
+    modes.set(store.scenario.modes);
+    refine.set(store.scenario.refine);
     stretch.set(store.scenario.stretch);
   };
   return { node, show };

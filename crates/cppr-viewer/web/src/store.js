@@ -5,6 +5,8 @@ export function rest(robot) {
   return {
     formulation: "consistent",
     stretch: false,
+    modes: "default",
+    refine: 1,
     rotation_means: "base",
     actuator: robot.controls.map(({ tube }) => ({ tube, pull_mm: 0, rotate_deg: 0 })),
     tip: { force_N: [0, 0, 0], moment_Nmm: [0, 0, 0], point_mm: [0, 0, 0], turns_with_tip: false },

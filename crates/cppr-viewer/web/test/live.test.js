@@ -177,6 +177,24 @@ test("deeper notches, and the whole state as a file that the program reads", asy
   near(await settled(page), tip, 1e-5);
 });
 
+test("modes and refinement of a scenario are shown, kept through a reset, and written again", async () => {
+  await drop(page, "fine.toml", 'formulation = "consistent"\nmodes = "planar"\nrefine = 2\n[[actuator]]\ntube = 2\npull_mm = 5.0\n');
+  await page.waitForFunction(() => cppr.store.scenario.refine === 2);
+  const tip = await settled(page);
+  near(tipOf(solve("robots/r3.toml", "--pull", "5mm", "--planar", "--refine", "2")), tip, 1e-5);
+  const pressed = (name) => page.getByRole("group", { name, exact: true }).locator('[aria-pressed="true"]').textContent();
+  await page.getByRole("button", { name: "Reset" }).click();
+  await settled(page);
+  assert.deepEqual([await pressed("Modes"), await pressed("Times as many modes")], ["planar", "×2"]);
+  await page.getByText("Save", { exact: true }).click();
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "State (TOML)" }).click()]);
+  const text = readFileSync(await download.path(), "utf8");
+  assert.match(text, /^modes = "planar"$/m);
+  assert.match(text, /^refine = 2$/m);
+  await page.getByRole("group", { name: "Modes", exact: true }).getByRole("button", { name: "default" }).click();
+  await page.getByRole("button", { name: "×1" }).click();
+});
+
 test("where there is no equilibrium the reason is shown and the last shape dimmed", async () => {
   await page.getByRole("button", { name: "Reset" }).click();
   await slider("Pull (mm)").fill("5");
