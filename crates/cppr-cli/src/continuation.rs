@@ -3,8 +3,8 @@
 use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::continuation_figure::draw;
-use crate::figure;
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
 use crate::table::{millimetres, plain};
 use cppr::analysis::continuation::{
@@ -106,9 +106,8 @@ fn part(text: &str) -> Result<f64, String> {
 
 /// Traces, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
-    output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
+    let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
+    let Outputs { json, csv, .. } = outputs;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
     let family = family(args, command.clone()).map_err(Failure::Input)?;
@@ -135,16 +134,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = csv {
         write_or_print(path, &record.to_csv())?;
     }
-    if let (Some(path), Some(format)) = (&args.plot, plot) {
-        figure::write(path, format, &draw(&robot, &family, &branches))?;
-    }
+    outputs.draw(|| Ok(draw(&robot, &family, &branches)))?;
     let text = table(&robot, &family, &branches);
-    if [json, csv].into_iter().flatten().any(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    outputs.report(&text)
 }
 
 /// The commands of the path.

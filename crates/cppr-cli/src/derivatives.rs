@@ -3,7 +3,8 @@
 use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot};
 use crate::free::{efforts_json, name};
-use crate::output::{self, report, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::table::plain;
 use cppr::analysis::{Perturbed, Sensitivity};
 use cppr::design::Robot;
@@ -54,8 +55,7 @@ struct ByKey {
 
 /// Differentiates, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let json = args.json.as_deref();
-    output::check(&args.robot, &[("--json", json)])?;
+    let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
     let mut solver = args.command.solver(&robot)?;
@@ -73,11 +73,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for key in &args.by {
         keys.push(by_key(&text, key.trim(), &mut solver, &found, &exact)?);
     }
-    if let Some(path) = json {
+    if let Some(path) = outputs.json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &found, &exact, &keys)))?;
     }
     let text = table(&robot, &found, &exact, &keys);
-    report(&text, json)
+    outputs.report(&text)
 }
 
 fn by_key(

@@ -4,7 +4,8 @@ use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot};
 use crate::exceeded::Exceeded;
 use crate::figure;
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::table::{millimetres, plain};
 use cppr::analysis::{
     Bound, Governing, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
@@ -65,9 +66,8 @@ struct Report {
 
 /// Computes, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
-    output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
+    let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
+    let Outputs { json, csv, .. } = outputs;
     let (_, robot) = read_robot(&args.robot)?;
     let command = args.command.command(&robot)?;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let notches = notch_capacities(&robot, teeth);
     let report = Report { robot, teeth, found, sections, margin, ranges, notches };
-    if (csv.is_some() || plot.is_some()) && report.sections.is_empty() {
+    if (csv.is_some() || outputs.plot.is_some()) && report.sections.is_empty() {
         return Err(Failure::Input(
             "the tubes of this robot are given by their stiffness and have no fibres to judge; --csv and --plot \
              need radii and notches in its file"
@@ -97,16 +97,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = csv {
         write_or_print(path, &report.csv())?;
     }
-    if let (Some(path), Some(format)) = (&args.plot, plot) {
-        figure::write(path, format, &report.figure()?)?;
-    }
+    outputs.draw(|| report.figure())?;
     let text = report.table();
-    if [json, csv].into_iter().flatten().any(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    outputs.report(&text)
 }
 
 /// Number and unit of an input's value for people.

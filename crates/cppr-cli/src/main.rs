@@ -15,6 +15,7 @@ mod figure;
 mod free;
 mod limits;
 mod output;
+mod outputs;
 mod paper;
 mod quantity;
 mod reach;

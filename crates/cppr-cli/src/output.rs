@@ -15,7 +15,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes to standard error. Where that is closed, nobody is left to be told.
+/// Writes to standard error. Where that is closed, nobody reads it.
 pub fn note(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
@@ -92,16 +92,6 @@ fn replace(target: &Path, old: Option<&Metadata>, bytes: &[u8]) -> std::io::Resu
 /// To a file, or to standard output for `-`.
 pub fn write_or_print(path: &Path, text: &str) -> Result<(), Failure> {
     if is_stdout(path) { print(text) } else { write(path, text.as_bytes()) }
-}
-
-/// Prints a table for people: beside JSON on standard output it goes to standard error.
-pub fn report(table: &str, json: Option<&Path>) -> Result<(), Failure> {
-    if json.is_some_and(is_stdout) {
-        note(table);
-        Ok(())
-    } else {
-        print(table)
-    }
 }
 
 /// Is this the sign for standard output?

@@ -4,7 +4,8 @@ use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::figure;
 use crate::free::{self, FreeArgs, line, three};
-use crate::output::{self, report, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::quantity::{Kind, direction, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
@@ -62,9 +63,7 @@ pub struct Args {
 
 /// Searches, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let json = args.json.as_deref();
-    output::check(&args.robot, &[("--json", json), ("--plot", args.plot.as_deref())])?;
+    let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, args.plot.as_deref()])?;
     if args.position.is_none() && args.direction.is_none() {
         return Err(Failure::Input("say where to: --position X,Y,Zmm, --direction X,Y,Z, or both".into()));
     }
@@ -84,16 +83,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut answer = solver.reach(&command, &free, &target, &accuracy).map_err(|p| free::failure(&p))?;
     answer.reached = answer.distance.is_none_or(|d| d <= args.tolerance)
         && answer.angle.is_none_or(|a| a <= args.angle_tolerance);
-    if let Some(path) = json {
+    if let Some(path) = outputs.json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &free, &answer)))?;
     }
-    if let (Some(path), Some(format)) = (&args.plot, plot) {
-        let marks = args.position.map(|p| ("target", vec![p]));
-        let drawn = figure::marked_shape(&mut solver, &answer.equilibrium, marks)?;
-        figure::write(path, format, &drawn)?;
-    }
+    let marks = args.position.map(|p| ("target", vec![p]));
+    outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
     let text = table(&mut solver, &free, &answer);
-    report(&text, json)
+    outputs.report(&text)
 }
 
 fn table(solver: &mut Solver, free: &[FreeInput], answer: &Reach) -> String {

@@ -3,7 +3,8 @@
 use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::free::{self, HALF, line};
-use crate::output::{self, report, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
@@ -81,8 +82,7 @@ impl Args {
 
 /// Fits, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let json = args.json.as_deref();
-    output::check(&args.robot, &[("--json", json)])?;
+    let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
     let measured = args.measured();
     if measured.is_empty() {
         return Err(Failure::Input(
@@ -95,14 +95,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     believable(&robot, args.measured_position)?;
     let mut solver = args.command.solver(&robot)?;
     let answer = solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))?;
-    if let Some(path) = json {
+    if let Some(path) = outputs.json {
         write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
     }
     let mut text = table(&robot, &answer, args.moment);
     for (one, miss) in measured.iter().zip(&answer.misses).filter(|(_, miss)| **miss > FAR) {
         line(&mut text, "not explained", &missed(one, *miss));
     }
-    report(&text, json)
+    outputs.report(&text)
 }
 
 /// Refuses a position that no pose of the robot has: its unit is another.

@@ -4,7 +4,8 @@ use crate::Failure;
 use crate::command::{CommandArgs, read_robot};
 use crate::figure;
 use crate::free::{self, FreeArgs, line};
-use crate::output::{self, report, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, ShapeMatch};
@@ -47,11 +48,8 @@ pub struct Args {
 
 /// Reads, searches, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let json = args.json.as_deref();
-    let outputs = [("--json", json), ("--plot", args.plot.as_deref())];
-    output::check(&args.robot, &outputs)?;
-    output::check(&args.points, &outputs)?;
+    let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, args.plot.as_deref()])?;
+    outputs.spare(&args.points)?;
     if args.point_deviation <= 0.0 {
         return Err(Failure::Input("--point-deviation is a deviation: write it above 0".into()));
     }
@@ -67,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut solver = args.command.solver(&robot)?;
     let free = args.free.free(&args.command, &mut solver, &command)?;
     let answer = solver.shape_match(&command, &free, &points).map_err(|p| free::failure(&p))?;
-    if let Some(path) = json {
+    if let Some(path) = outputs.json {
         let whole = json!({
             "schema": "cppr/match", "schema_version": 1, "robot": robot.design().name,
             "inputs": free::inputs_json(&free, &answer.values, &answer.at_bound, Some(&answer.uncertainty.deviations)),
@@ -77,13 +75,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         });
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
-    if let (Some(path), Some(format)) = (&args.plot, plot) {
-        let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
-        let drawn = figure::marked_shape(&mut solver, &answer.equilibrium, marks)?;
-        figure::write(path, format, &drawn)?;
-    }
+    let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
+    outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
     let text = table(&mut solver, &free, &answer);
-    report(&text, json)
+    outputs.report(&text)
 }
 
 fn table(solver: &mut Solver, free: &[FreeInput], answer: &ShapeMatch) -> String {

@@ -4,7 +4,8 @@ use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
-use crate::output::{self, is_stdout, note, print, write_or_print};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::scenario;
 use crate::table::table;
 use cppr::analysis::Teeth;
@@ -61,10 +62,8 @@ pub struct Args {
 
 /// Solves, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
-    let outputs = [("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())];
-    output::check(&args.robot, &outputs)?;
+    let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
+    let Outputs { json, csv, .. } = outputs;
     let (mut solver, command) = if let Some(path) = &args.scenario {
         scenario::apply(path, &args.robot)?
     } else {
@@ -100,17 +99,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = csv {
         write_or_print(path, &result_csv::csv(&shape))?;
     }
-    if let (Some(path), Some(format)) = (&args.plot, plot) {
-        let drawn = figure::shape(&mut solver, &found, args.samples as usize)?;
-        figure::write(path, format, &drawn)?;
-    }
+    outputs.draw(|| figure::shape(&mut solver, &found, args.samples as usize))?;
     let text = table(&found, &shape, margin.zip(direction), exceeded.as_ref(), time);
-    if [json, csv].into_iter().flatten().any(is_stdout) {
-        note(&text);
-        Ok(())
-    } else {
-        print(&text)
-    }
+    outputs.report(&text)
 }
 
 fn write_json(path: &Path, record: &ResultRecord) -> Result<(), Failure> {
