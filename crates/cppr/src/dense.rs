@@ -29,7 +29,7 @@ pub(crate) struct Singular;
 
 impl<S: Real> Lu<S> {
     /// Factors an n × n matrix by elimination in the order of its rows. Returns the lanes in which the first
-    /// `positive` pivots are positive and the others negative: there the order was a good one, and a symmetric
+    /// `positive` pivots are positive and the others negative: there the order was safe, and a symmetric
     /// matrix has as many positive eigenvalues.
     pub fn factor_in_order(&mut self, matrix: &[S], n: usize, positive: usize) -> u64 {
         self.begin(n).copy_from_slice(&matrix[..n * n]);
@@ -49,12 +49,12 @@ impl<S: Real> Lu<S> {
     /// is read.
     pub fn eliminate_in_order(&mut self, positive: usize, symmetric: bool) -> u64 {
         let n = self.n;
-        let mut good = every::<S>();
+        let mut in_order = every::<S>();
         for k in 0..n {
             let (upper, lower) = self.factors.split_at_mut((k + 1) * n);
             let row = &upper[k * n..];
             let pivot = row[k];
-            good &= pivot.mask(|p| if k < positive { p > LEAST_PIVOT } else { p < -LEAST_PIVOT });
+            in_order &= pivot.mask(|p| if k < positive { p > LEAST_PIVOT } else { p < -LEAST_PIVOT });
             let inverse = S::one() / pivot;
             self.inverses.push(inverse);
             for (i, target) in (k + 1..n).zip(lower.chunks_exact_mut(n)) {
@@ -65,7 +65,7 @@ impl<S: Real> Lu<S> {
                 axpy(&mut target[from..], -factor, &row[from..]);
             }
         }
-        good
+        in_order
     }
 
     /// Solves A X = B in place; B is n × columns, row-major.

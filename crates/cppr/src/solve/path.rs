@@ -312,8 +312,8 @@ impl Finder<'_> {
         }
     }
 
-    /// Applies the command in steps from rest, each to an equilibrium that is `good`; they halve where none is found.
-    fn step_from_rest(&mut self, command: &Command, good: impl Fn(Status) -> bool) -> Equilibrium {
+    /// Applies the command in steps from rest, each to an equilibrium that is accepted; they halve where none is found.
+    fn step_from_rest(&mut self, command: &Command, accepts: impl Fn(Status) -> bool) -> Equilibrium {
         let mut current = Equilibrium::at_rest(self.robot, self.buffers, self.settings);
         let (mut reached, mut step) = (0.0, 0.25);
         loop {
@@ -322,7 +322,7 @@ impl Finder<'_> {
             self.load_steps += 1;
             let mut trial = current.clone();
             self.attempt(&target, &mut trial);
-            if good(trial.status) {
+            if accepts(trial.status) {
                 if next >= 1.0 {
                     return trial;
                 }
