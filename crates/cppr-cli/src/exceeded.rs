@@ -4,7 +4,7 @@
 
 use crate::limits;
 use crate::table::plain;
-use cppr::analysis::{Governing, Limit, Teeth, governing};
+use cppr::analysis::{Governing, Teeth, governing};
 use cppr::solve::{Command, Drive, Equilibrium, Solver};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -31,20 +31,7 @@ impl Exceeded {
 
     /// In a sentence.
     pub fn text(&self) -> String {
-        let place = self.limit.section.as_ref().map_or(String::new(), limits::place);
-        let used = plain(100.0 * self.limit.utilisation, 0);
-        let what = match (self.limit.limit, &self.limit.section) {
-            (Limit::Strain, Some(section)) => {
-                let strain = plain(100.0 * section.strain, 1);
-                format!("{place} would be strained by {strain} %, {used} % of what is allowed")
-            }
-            (Limit::Torsion, Some(section)) => {
-                let shear = plain(100.0 * section.shear, 1);
-                format!("{place} would be sheared by {shear} %, {used} % of what is allowed")
-            }
-            _ => format!("{place} would close by {used} %, but its teeth touch at 100 %"),
-        };
-        format!("{what}; all limits are kept up to {}", self.safe())
+        format!("{}; all limits are kept up to {}", self.limit.exceeded(), self.safe())
     }
 
     /// The value of a command that has no other, or a part of the whole.

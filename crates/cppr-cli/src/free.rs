@@ -137,8 +137,8 @@ pub fn state_table(text: &mut String, solver: &mut Solver, found: &Equilibrium) 
     let margin = solver.stability(found).map(|s| s.margin);
     let sections = solver.section_limits(found, Teeth::Rigid);
     if let Some(nearest) = governing(&sections, margin) {
-        let what = crate::limits::limit(nearest.limit);
-        let place = nearest.section.map_or(String::new(), |s| format!(" of {}", crate::limits::place(&s)));
+        let what = nearest.limit;
+        let place = nearest.section.map_or(String::new(), |s| format!(" of {}", s.whereabouts()));
         let over = if nearest.utilisation > 1.0 { ": beyond it, do not go there" } else { "" };
         let used = plain(100.0 * nearest.utilisation, 1);
         line(text, "nearest limit", &format!("{used:>9} % used, {what}{place}{over}"));

@@ -8,7 +8,7 @@ use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::table::{millimetres, plain};
 use cppr::analysis::{
-    Bound, Governing, Limit, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
+    Bound, Governing, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
     first_greatest, governing, notch_capacities,
 };
 use cppr::design::Robot;
@@ -108,38 +108,17 @@ fn shown(input: Input, value: f64) -> String {
     format!("{:>9} {}", plain(quantity.shown(value), 3), quantity.shown_unit)
 }
 
-/// Which notch of which tube.
-pub fn place(section: &SectionLimit) -> String {
-    let x = plain(section.abscissa * 1e3, 1);
-    match section.place {
-        Place::Notch(number) => format!("tube {} notch {number} (x = {x} mm)", section.tube),
-        Place::Section => format!("tube {} at x = {x} mm", section.tube),
-        Place::Uncut => format!("tube {}, uncut part at x = {x} mm", section.tube),
-    }
-}
-
-/// A limit in a word.
-pub fn limit(limit: Limit) -> &'static str {
-    match limit {
-        Limit::Strain => "strain",
-        Limit::Closure => "closure",
-        Limit::Torsion => "torsion",
-        Limit::Stability => "stability",
-    }
-}
-
 fn bound(end: &RangeEnd) -> String {
     match end.bound {
         Bound::Limit(Governing { limit: kind, section: Some(section), .. }) => {
-            format!("{}, {}", limit(kind), place(&section))
+            format!("{kind}, {}", section.whereabouts())
         }
-        Bound::Limit(Governing { limit: kind, .. }) => limit(kind).into(),
+        Bound::Limit(Governing { limit: kind, .. }) => kind.to_string(),
         Bound::BranchEnds => "no equilibrium beyond that continues this one".into(),
         Bound::Open => {
             let used = end.nearest.map_or(String::new(), |g| {
-                let place =
-                    g.section.as_ref().map_or(String::new(), |section| format!(", {}", place(section)));
-                format!(", {:.0} % used of {}{place}", 100.0 * g.utilisation, limit(g.limit))
+                let place = g.section.map_or(String::new(), |section| format!(", {}", section.whereabouts()));
+                format!(", {:.0} % used of {}{place}", 100.0 * g.utilisation, g.limit)
             });
             format!("nothing met up to here{used}")
         }
@@ -211,7 +190,12 @@ impl Report {
                     format!("{:.1} % of what is allowed", 100.0 * u)
                 });
                 let value = plain(strain.copysign(section.strain) * 100.0, 4);
-                line(&format!("tube {tube} strain"), value, "%", format!("{used}, {}", place(section)));
+                line(
+                    &format!("tube {tube} strain"),
+                    value,
+                    "%",
+                    format!("{used}, {}", section.whereabouts()),
+                );
             }
             if let Some((shear, section)) =
                 self.worst(tube, |s| Some(s.shear.abs()).filter(|s| *s > STRAIGHT))
@@ -220,13 +204,18 @@ impl Report {
                     format!("{:.1} % of what is allowed", 100.0 * u)
                 });
                 let value = plain(shear.copysign(section.shear) * 100.0, 4);
-                line(&format!("tube {tube} torsion"), value, "%", format!("{used}, {}", place(section)));
+                line(
+                    &format!("tube {tube} torsion"),
+                    value,
+                    "%",
+                    format!("{used}, {}", section.whereabouts()),
+                );
             }
             if let Some((closure, section)) = self.worst(tube, |s| s.closure) {
                 let gap =
                     section.gap.map_or(String::new(), |gap| format!("{} mm left, ", plain(gap * 1e3, 3)));
                 let value = plain(closure * 100.0, 4);
-                line(&format!("tube {tube} closure"), value, "%", gap + &place(section));
+                line(&format!("tube {tube} closure"), value, "%", gap + &section.whereabouts());
             }
         }
         if let Some(margin) = self.margin {
@@ -381,16 +370,16 @@ fn section_json(s: &SectionLimit) -> Value {
 
 /// The nearest limit, for JSON.
 pub fn governing_json(g: &Governing) -> Value {
-    json!({ "limit": limit(g.limit), "utilisation": g.utilisation, "section": g.section.as_ref().map(section_json) })
+    json!({ "limit": g.limit.to_string(), "utilisation": g.utilisation, "section": g.section.as_ref().map(section_json) })
 }
 
 fn range_json(range: &SafeRange) -> Value {
     let unit = range.input.quantity().unit;
     let end = |end: &RangeEnd| {
         let (why, governing) = match end.bound {
-            Bound::Limit(g) => (limit(g.limit), Some(governing_json(&g))),
-            Bound::BranchEnds => ("branch_ends", None),
-            Bound::Open => ("open", end.nearest.map(|g| governing_json(&g))),
+            Bound::Limit(g) => (g.limit.to_string(), Some(governing_json(&g))),
+            Bound::BranchEnds => ("branch_ends".into(), None),
+            Bound::Open => ("open".into(), end.nearest.map(|g| governing_json(&g))),
         };
         json!({ "value": end.value, "bound": why, "governing": governing })
     };

@@ -27,6 +27,7 @@ mod solve;
 mod study;
 mod sweep;
 mod table;
+mod unstable;
 mod view;
 
 use clap::{Parser, Subcommand};

@@ -8,6 +8,7 @@ use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::scenario;
 use crate::table::table;
+use crate::unstable::Unstable;
 use cppr::analysis::Teeth;
 use cppr_io::result::ResultRecord;
 use cppr_io::result_csv;
@@ -90,17 +91,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let stability = solver.stability(&found);
     let margin = stability.as_ref().map(|s| s.margin);
     let direction = stability.map(|s| s.tip_direction.into());
+    let unstable = Unstable::of(&mut solver, &found, &args.robot);
     let exceeded = Exceeded::of(&mut solver, &found, Teeth::Rigid);
     if let Some(path) = json {
         let mut record = ResultRecord::new(&found, &shape, margin, direction);
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
+        record.stable_aside = unstable.as_ref().and_then(Unstable::json);
         write_json(path, &record)?;
     }
     if let Some(path) = csv {
         write_or_print(path, &result_csv::csv(&shape))?;
     }
     outputs.draw(|| figure::shape(&mut solver, &found, args.samples as usize))?;
-    let text = table(&found, &shape, margin.zip(direction), exceeded.as_ref(), time);
+    let text = table(&found, &shape, margin.zip(direction), exceeded.as_ref(), unstable.as_ref(), time);
     outputs.report(&text)
 }
 

@@ -1,6 +1,7 @@
 //! The short table that a person reads.
 
 use crate::exceeded::Exceeded;
+use crate::unstable::Unstable;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
@@ -51,12 +52,13 @@ pub fn millimetres(length: f64) -> String {
 /// Bends that differ by less (deg) read the same.
 const SAME_BEND: f64 = 5e-3;
 
-/// Name, status, tip, efforts, margin with the direction in which the tip would go, limits exceeded, cost.
+/// Name, status, tip, efforts, margin with the direction in which the tip would go, limits exceeded, where an unstable robot goes, cost.
 pub fn table(
     found: &Equilibrium,
     shape: &Shape,
     margin: Option<(f64, [f64; 3])>,
     exceeded: Option<&Exceeded>,
+    unstable: Option<&Unstable>,
     time: Duration,
 ) -> String {
     let mut text = String::new();
@@ -117,9 +119,13 @@ pub fn table(
         n => format!(", {}", counted(n, "load step")),
     };
     let limit = exceeded.map_or(String::new(), |e| format!("; the limit {}", duration(e.time)));
-    line("cost", format!("{}{steps}, {}{limit}", counted(s.iterations, "Newton step"), duration(time)));
-    if found.status() == Status::Unstable {
-        line("warning", "this equilibrium is unstable; a real robot is in another shape".into());
+    let aside = unstable.map_or(String::new(), |u| format!("; the stable shape {}", duration(u.time)));
+    line(
+        "cost",
+        format!("{}{steps}, {}{limit}{aside}", counted(s.iterations, "Newton step"), duration(time)),
+    );
+    for sentence in unstable.into_iter().flat_map(Unstable::text) {
+        line("warning", sentence);
     }
     if let Some(exceeded) = exceeded {
         line("warning", exceeded.text());

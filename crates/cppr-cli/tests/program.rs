@@ -424,6 +424,35 @@ fn an_unstable_equilibrium_is_shown_with_a_warning() {
     assert_eq!(json(&[&arguments[..], &["--json", "-"]].concat())["status"], "unstable");
 }
 
+/// The stable shape that is given is an end of the branches that the message names.
+#[test]
+fn an_unstable_equilibrium_is_not_the_end() {
+    let command = ["robots/r3.toml", "--pull", "-5mm", "--tip-force", "-2,0,0N"];
+    let table = text(&cppr(&[&["solve"], &command[..]].concat()).stdout);
+    let hint = "cppr continue robots/r3.toml --along command --to 1 --branches";
+    assert!(
+        table.contains(hint) && table.contains("a stable shape under the same command: tip at"),
+        "{table}"
+    );
+    let result = json(&[&["solve"], &command[..], &["--json", "-"]].concat());
+    let tip = |value: &Value| -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let stable = tip(&result["stable_aside"]["tip_position_m"]);
+    assert!(stable[2].abs() > 0.01, "it leaves the plane: {stable:?}");
+    let path = ["continue", "--along", "command", "--to", "1", "--branches", "--json", "-"];
+    let branches = json(&[&path[..], &command[..]].concat());
+    let ends = branches["branches"].as_array().unwrap().iter().filter_map(|b| b["points"].as_array()?.last());
+    let met = ends.filter(|p| p["stable"] == true).map(|p| tip(&p["tip_position_m"]));
+    let nearest = met
+        .map(|t| t.iter().zip(&stable).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
+        .fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-9, "{nearest} m from the nearest end of a branch");
+    // Nothing of this where the robot is stable.
+    let stable = json(&["solve", "robots/r3.toml", "--pull", "5mm", "--json", "-"]);
+    assert!(stable.get("stable_aside").is_none());
+}
+
 #[test]
 fn results_keep_links_modes_and_pipes() {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};

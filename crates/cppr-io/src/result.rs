@@ -44,6 +44,9 @@ pub struct ResultRecord {
     /// Where the pose is beyond a limit of the robot, which, where, and how much of the command is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_exceeded: Option<serde_json::Value>,
+    /// Where the equilibrium is unstable, a stable shape under the same command.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stable_aside: Option<serde_json::Value>,
     /// Its keys follow those above; none of them where the status is `not_converged`.
     #[serde(flatten)]
     pub solution: Option<SolutionRecord>,
@@ -310,6 +313,7 @@ impl ResultRecord {
                 largest_scaled_residual: found.residual(),
             },
             limit_exceeded: None,
+            stable_aside: None,
             solution: None,
         }
     }

@@ -1,5 +1,6 @@
 //! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits.
 
+mod aside;
 pub mod bend;
 pub mod capacity;
 pub mod continuation;
@@ -8,6 +9,7 @@ pub mod inverse;
 pub mod limits;
 mod pulls;
 pub mod range;
+mod report;
 pub mod sensitivity;
 pub mod shape;
 pub mod stability;

@@ -1,0 +1,31 @@
+//! A stable equilibrium beside an unstable one, under the same command.
+//!
+//! Where a robot could leave a symmetric shape to either side, the solver may find the shape between the two, which no real robot
+//! keeps. The command is applied from rest by `continuation`, and every branch that leaves the path on the way is followed: where
+//! one arrives at the whole command and is stable there, the robot may be in that shape. A robot that mirrors itself has such
+//! shapes in pairs.
+
+use super::continuation::{End, Family, Tracing};
+use crate::solve::{Equilibrium, Solver, Status};
+
+impl Solver {
+    /// The stable equilibrium under the same command whose tip is nearest, on the path from rest or on a branch that leaves it; `None`
+    /// where the given one is not unstable, and where no such branch arrives. Takes some hundred times as long as a solve.
+    #[must_use]
+    pub fn stable_aside(&mut self, unstable: &Equilibrium) -> Option<Equilibrium> {
+        if unstable.status() != Status::Unstable {
+            return None;
+        }
+        let command = unstable.command();
+        let tip = self.tip(unstable).centre;
+        let family = Family::between(command.scaled(0.0), command.clone()).ok()?;
+        let tracing = Tracing { depth: 1, ..Tracing::default() };
+        let branches = self.trace(&family, &tracing).ok()?;
+        let ends = branches.iter().filter(|branch| branch.end == End::Last).filter_map(|b| b.points.last());
+        let nearest = ends
+            .filter(|point| point.inertia == Some(0))
+            .min_by(|a, b| (a.tip - tip).norm().total_cmp(&(b.tip - tip).norm()))?;
+        let found = self.solve_from(command, &nearest.equilibrium).ok()?;
+        (found.status() == Status::Converged && found.statistics().load_steps == 0).then_some(found)
+    }
+}
