@@ -52,14 +52,19 @@ struct Tube {
 
 /// Reach of the controls of one follower: about half a turn of the tip.
 #[derive(Clone, Debug, Serialize)]
-struct Control {
-    tube: usize,
-    pull_mm: f64,
+pub struct Control {
+    /// Number of the tube.
+    pub tube: usize,
+    /// Translation.
+    pub pull_mm: f64,
+    /// Force (N).
     #[serde(rename = "tension_N")]
-    tension: f64,
-    rotate_deg: f64,
+    pub tension: f64,
+    /// Rotation.
+    pub rotate_deg: f64,
+    /// Torque (N mm).
     #[serde(rename = "torque_Nmm")]
-    torque: f64,
+    pub torque: f64,
 }
 
 impl Description {
@@ -69,20 +74,12 @@ impl Description {
         let middle = |tube| robot.fields_at(tube, 0.5 * length);
         let tubes = 0..robot.tube_count();
         let bending: f64 = tubes.clone().map(|t| middle(t).bending_z).sum();
-        let torsion: f64 = tubes.clone().map(|t| middle(t).torsion).sum();
-        let controls = (1..robot.tube_count()).map(|t| Control {
-            tube: t + 1,
-            pull_mm: longest_pull(robot, t) * 1e3,
-            tension: nice(bending * PI / (length * lever(robot, t))),
-            rotate_deg: 180.0,
-            torque: nice(torsion * PI / length * 1e3),
-        });
         Self {
             kind: "robot",
             changed,
             name: robot.design().name.clone(),
             length_mm: length * 1e3,
-            controls: controls.collect(),
+            controls: controls(robot),
             force: nice(3.0 * bending / (length * length)),
             has_mass: robot.has_mass(),
             can_stretch: robot.has_axial_stiffness(),
@@ -90,6 +87,21 @@ impl Description {
             columns: &crate::message::COLUMNS,
         }
     }
+}
+
+/// The controls of all followers.
+pub fn controls(robot: &Robot) -> Vec<Control> {
+    let length = robot.length();
+    let middle = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length));
+    let (bending, torsion) = middle.fold((0.0, 0.0), |(b, t), f| (b + f.bending_z, t + f.torsion));
+    let control = |t| Control {
+        tube: t + 1,
+        pull_mm: longest_pull(robot, t) * 1e3,
+        tension: nice(bending * PI / (length * lever(robot, t))),
+        rotate_deg: 180.0,
+        torque: nice(torsion * PI / length * 1e3),
+    };
+    (1..robot.tube_count()).map(control).collect()
 }
 
 /// Distance of the centroid lines of a follower and the leader halfway (m).

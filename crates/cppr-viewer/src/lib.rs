@@ -11,6 +11,7 @@
 
 mod cloud;
 mod describe;
+mod drag;
 mod guard;
 mod live;
 pub mod message;

@@ -122,7 +122,7 @@ pub fn page(file: RobotFile, base: &Scenario, axes: &[Axis]) -> Result<String, S
             session.answer(Request::Robot(None), &mut |m| keep(&mut messages, m));
         }
         // Each pose by itself, as the program solves it: what a pose is does not depend on its neighbours.
-        let solve = Solve { id: 0, scenario: scenario.clone(), from_rest: true };
+        let solve = Solve { scenario: scenario.clone(), from_rest: true, ..Solve::default() };
         let mut answers = Vec::new();
         session.answer(Request::Solve(Box::new(solve)), &mut |m| keep(&mut answers, m));
         let pose = answers.pop().unwrap_or(Value::Null);

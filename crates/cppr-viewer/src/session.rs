@@ -6,9 +6,10 @@ pub use crate::cloud::{Cloud, Range};
 
 use crate::cloud::Remaining;
 use crate::describe::{self, Description};
+use crate::drag;
 use crate::message::{self, SECTIONS};
 use axum::extract::ws::Message;
-use cppr::analysis::{SectionLimit, Shape, Teeth, explained};
+use cppr::analysis::{Place, SafeRange, SectionLimit, Shape, Teeth, explained, governing};
 use cppr::design::{DesignProblem, Robot};
 use cppr::solve::{Equilibrium, Solver, Status};
 use cppr_io::scenario::NotchChange;
@@ -31,6 +32,8 @@ pub enum Request {
     WriteScenario(Box<Scenario>),
     /// Where the tip can go.
     Workspace(Box<Cloud>),
+    /// How far each actuator may go from here.
+    Ranges(Box<Scenario>),
 }
 
 /// A file that was given to the page.
@@ -52,6 +55,12 @@ pub struct Solve {
     /// Start at rest rather than at the last equilibrium.
     #[serde(default)]
     pub from_rest: bool,
+    /// Bring the tip near this place with the actuators; the answer says where they stand.
+    #[serde(default)]
+    pub target_mm: Option<[f64; 3]>,
+    /// Where the shape is unstable, go to the stable one to which it is left.
+    #[serde(default)]
+    pub aside: bool,
 }
 
 /// Head of the message that carries a pose.
@@ -61,10 +70,14 @@ pub struct Pose {
     pub kind: &'static str,
     /// Of the request.
     pub id: u32,
+    /// Did the actuators go where the tip was wanted, and not where the scenario has them?
+    pub dragged: bool,
     /// `converged` or `unstable`.
     pub status: &'static str,
     /// The same as a sentence.
     pub text: String,
+    /// Which limit is exceeded most, as a sentence; none where all are kept.
+    pub exceeded: Option<String>,
     /// Centre of the tip section.
     pub tip_mm: [f64; 3],
     /// Direction of the axis there.
@@ -106,12 +119,16 @@ pub struct ActuatorState {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct NotchLimit {
     tube: usize,
+    /// Number of the notch from the baseplate; none for a section of a tube without notches.
+    notch: Option<i32>,
     /// Rest abscissa of its middle.
     x_mm: f64,
     /// 1 where the teeth touch, negative where the notch opens.
     closure: Option<f64>,
     /// Largest strain.
     strain: f64,
+    /// The same over what the material may bear.
+    strain_use: Option<f64>,
 }
 
 /// Takes a message to the page; false where the page is gone.
@@ -206,6 +223,7 @@ impl Session {
                 Err(message) => send(problem(&message)),
             },
             Request::Workspace(cloud) => self.start_cloud(&cloud, send),
+            Request::Ranges(scenario) => self.ranges(&scenario, send),
         }
     }
 
@@ -231,6 +249,7 @@ impl Session {
             Err(problems) => return refuse("wrong", &problems, send),
         };
         let settings = asked.scenario.settings();
+        let controls = describe::controls(model.solver.robot());
         let solver = &mut model.solver;
         if let Err(problem) = solver.set_settings(settings) {
             return refuse("wrong", &[problem.to_string()], send);
@@ -239,6 +258,12 @@ impl Session {
         let mut found = match start {
             Some(good) if *good.settings() == settings => good,
             _ => solver.rest(),
+        };
+        // Dragged on from where the robot is, not from where the page had it.
+        let command = if asked.target_mm.is_some() && found.command().loads == command.loads {
+            found.command().clone()
+        } else {
+            command
         };
         let before = found.clone();
         let clock = Instant::now();
@@ -251,15 +276,36 @@ impl Session {
             model.good = Some(before);
             return refuse("not_converged", &[explained(found.robot(), &command, found.status())], send);
         }
+        if let Some(target) = asked.target_mm {
+            found = drag::towards(solver, found, &controls, cppr::Vector3::from(target) * 1e-3);
+        }
+        if asked.aside {
+            found = solver.stable_aside(&found).unwrap_or(found);
+        }
         let shape = solver.shape(&found, SECTIONS);
         let margin = solver.stability(&found).map(|s| s.margin);
         let limits = solver.section_limits(&found, Teeth::Rigid);
         let mut pose = Pose::new(asked.id, &found, &shape, solve_us);
         pose.margin = margin;
+        pose.dragged = asked.target_mm.is_some();
+        let worst = governing(&limits, None).map(|worst| worst.exceeded());
+        pose.exceeded = worst.filter(|sentence| !sentence.is_empty());
         pose.limits = limits.iter().map(NotchLimit::from).collect();
         let bytes = message::encode(&pose, &message::floats(found.robot(), &shape));
         model.good = Some(if found.status() == Status::Converged { found } else { before });
         send(Message::Binary(bytes.into()))
+    }
+
+    /// Tells the page how far each actuator may go while the others stay; nothing where the pose is not safe itself.
+    fn ranges(&mut self, scenario: &Scenario, send: Send) -> bool {
+        let Some(model) = &mut self.model else { return send(problem("there is no robot")) };
+        let solver = &mut model.solver;
+        let safe = scenario.command(solver.robot()).ok().and_then(|command| {
+            solver.set_settings(scenario.settings()).ok()?;
+            solver.safe_ranges(&command, Teeth::Rigid).ok()
+        });
+        let ranges: Vec<_> = safe.iter().flatten().map(ActuatorRange::from).collect();
+        send(text(&json!({"kind": "ranges", "ranges": ranges})))
     }
 
     /// Is there something to do while the page asks nothing?
@@ -319,7 +365,29 @@ impl Model {
 impl From<&SectionLimit> for NotchLimit {
     fn from(limit: &SectionLimit) -> Self {
         let SectionLimit { tube, abscissa, closure, strain, .. } = *limit;
-        Self { tube, x_mm: abscissa * 1e3, closure, strain }
+        let notch = match limit.place {
+            Place::Notch(number) => Some(number),
+            Place::Section | Place::Uncut => None,
+        };
+        Self { tube, notch, x_mm: abscissa * 1e3, closure, strain, strain_use: limit.strain_utilisation() }
+    }
+}
+
+/// How far one actuator may go, in the words and units of scenarios.
+#[derive(Clone, Debug, Serialize)]
+struct ActuatorRange {
+    tube: usize,
+    key: String,
+    low: f64,
+    high: f64,
+}
+
+impl From<&SafeRange> for ActuatorRange {
+    fn from(range: &SafeRange) -> Self {
+        let quantity = range.input.quantity();
+        let key = format!("{}_{}", quantity.keyword, quantity.shown_unit.replace(' ', ""));
+        let [low, high] = [range.low, range.high].map(|end| quantity.shown(end.value));
+        Self { tube: range.input.tube, key, low, high }
     }
 }
 
@@ -331,8 +399,10 @@ impl Pose {
         Self {
             kind: "pose",
             id,
+            dragged: false,
             status: if found.status() == Status::Unstable { "unstable" } else { "converged" },
             text: found.status().to_string(),
+            exceeded: None,
             tip_mm: tip.map_or([0.0; 3], |s| (s.centre * 1e3).into()),
             direction: direction.into(),
             bend_deg: direction.x.clamp(-1.0, 1.0).acos().to_degrees(),

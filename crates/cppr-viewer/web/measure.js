@@ -75,7 +75,11 @@ for (const robot of robots) {
     const slider = await run(() => frame().then(change));
     await new Promise((resolve) => setTimeout(resolve, 500));
     const fastest = await run(() => new Promise((resolve) => {
-      source.addEventListener("message", resolve, { once: true });
+      source.addEventListener("message", function take({ detail }) {
+        if (detail.kind !== "pose") return;
+        source.removeEventListener("message", take);
+        resolve();
+      });
       change();
     }));
     going = false;

@@ -1,4 +1,5 @@
-// The force on the tip as an arrow that is dragged by its head. Without a force the handle waits beside the tip.
+// What is dragged at the tip: the head of the arrow that is the force on it, or, where the tip itself is moved, the tip. Without a
+// force the handle waits at the tip.
 
 import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Plane, Raycaster, RingGeometry, Vector2, Vector3 } from "three";
 
@@ -6,11 +7,15 @@ import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Plane, 
 const REACH = 0.4;
 
 export class Arrow {
-  /** `move(force)` while it is dragged, `done()` after; one that is not `live` only shows the force. */
-  constructor(stage, { live, move, done }) {
+  /** Is the tip moved, and not the force? */
+  moves = false;
+
+  /** `pull(force)` or `reach(place)` while it is dragged, `done()` after; one that is not `live` only shows the force. */
+  constructor(stage, { live, pull, reach, done }) {
     this.stage = stage;
     this.live = live;
-    this.move = move;
+    this.pull = pull;
+    this.reach = reach;
     this.done = done;
     this.force = [0, 0, 0];
     this.group = new Group();
@@ -33,10 +38,15 @@ export class Arrow {
     return (REACH * this.stage.length) / this.full;
   }
 
-  /** Where the head is (mm). */
+  /** Where the head of the arrow is (mm). */
   end() {
     const tip = new Vector3(...(this.stage.pose?.tip_mm ?? [0, 0, 0]));
     return tip.addScaledVector(new Vector3(...this.force), this.scale);
+  }
+
+  /** Where the handle is (mm). */
+  grip() {
+    return this.moves ? new Vector3(...(this.stage.pose?.tip_mm ?? [0, 0, 0])) : this.end();
   }
 
   update(force, colour) {
@@ -63,7 +73,7 @@ export class Arrow {
     }
     this.handle.material.color.set(colour);
     this.handle.scale.setScalar(4 * radius);
-    this.handle.position.copy(tip).add(way);
+    this.handle.position.copy(this.grip());
     this.handle.quaternion.copy(stage.camera.quaternion);
     stage.draw();
   }
@@ -81,10 +91,10 @@ export class Arrow {
     return caster;
   }
 
-  /** Where the head is on the screen (px). */
+  /** Where the handle is on the screen (px). */
   screen() {
     const box = this.stage.canvas.getBoundingClientRect();
-    const p = this.end().project(this.stage.camera);
+    const p = this.grip().project(this.stage.camera);
     return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
   }
 
@@ -105,16 +115,20 @@ export class Arrow {
     controls.enabled = false;
     canvas.setPointerCapture(event.pointerId);
     canvas.style.cursor = "grabbing";
-    const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), this.end());
+    const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), this.grip());
     const drag = (e) => {
       const point = this.#ray(e).ray.intersectPlane(plane, new Vector3());
       if (!point) return;
+      if (this.moves) {
+        this.reach(point.toArray());
+        return;
+      }
       const tip = new Vector3(...this.stage.pose.tip_mm);
       const force = point.sub(tip).divideScalar(this.scale);
       // Close to the tip no force is meant.
       const digits = 10 ** Math.ceil(2 - Math.log10(this.full));
       const clean = (v) => Math.round(v * digits) / digits;
-      this.move(force.length() < 0.05 * this.full ? [0, 0, 0] : force.toArray().map(clean));
+      this.pull(force.length() < 0.05 * this.full ? [0, 0, 0] : force.toArray().map(clean));
     };
     const up = () => {
       canvas.removeEventListener("pointermove", drag);

@@ -16,6 +16,18 @@ export function el(tag, properties = {}, ...children) {
   return node;
 }
 
+/** An element of a drawing. */
+export function shape(tag, attributes, ...children) {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
+
+/** A button; one that shows a sign only is read out by its title. */
+export const button = (label, title, onclick) =>
+  el("button", { type: "button", title, onclick, ...(label.length > 1 ? {} : { "aria-label": title }) }, label);
+
 /** A number for people: four significant digits, a true minus sign. */
 export function show(value, digits = 3) {
   if (!Number.isFinite(value)) return "–";
@@ -80,8 +92,16 @@ export function valueControl({ label, unit, most, least = -most, value, title = 
     }
   });
   field.addEventListener("change", done);
+  /** Marks the values that keep all limits; nothing where they are not known. */
+  const safe = (range) => {
+    const place = (v) => `${(100 * (Math.min(most, Math.max(least, v)) - least)) / (most - least)}%`;
+    slider.classList.toggle("ranged", range !== null);
+    slider.title = range ? `All limits are kept from ${show(range[0], digits)} to ${show(range[1], digits)} ${unit}` : "";
+    slider.style.setProperty("--low", range ? place(range[0]) : "0%");
+    slider.style.setProperty("--high", range ? place(range[1]) : "0%");
+  };
   const node = el("div", { className: "value" }, name, slider, el("span", { className: "number" }, field, el("span", {}, unit)));
-  return { node, set };
+  return { node, set, safe };
 }
 
 /** Buttons of which one is pressed. */
@@ -137,6 +157,21 @@ export class Seldom {
     this.#timer = null;
     this.#last = performance.now();
     this.work();
+  }
+}
+
+/** What is done once nothing has woken it for so long (ms). */
+export class Rest {
+  #timer = null;
+
+  constructor(quiet, work) {
+    this.quiet = quiet;
+    this.work = work;
+  }
+
+  wake() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(this.work, this.quiet);
   }
 }
 

@@ -4,15 +4,16 @@ import "./style.css";
 import { Arrow } from "./arrow.js";
 import { COLOURINGS, Legend, range, sectionValue } from "./colouring.js";
 import { controlPanel } from "./panel.js";
-import { Seldom, choice, download, el, select, tick } from "./dom.js";
+import { Rest, Seldom, button, choice, download, el, select, tick } from "./dom.js";
 import { png, svg } from "./picture.js";
+import { Player, between } from "./player.js";
 import { Plots } from "./plots.js";
 import { Pose } from "./pose.js";
 import { Readout } from "./readout.js";
 import { Saved } from "./saved.js";
 import { Stage, VIEWS } from "./scene.js";
 import { Live } from "./source.js";
-import { Store, trimmed } from "./store.js";
+import { Store, rest, trimmed } from "./store.js";
 
 const saved = document.getElementById("saved");
 const source = saved ? new Saved(saved.textContent) : new Live();
@@ -32,7 +33,6 @@ const plots = new Plots((section) => stage.highlight(section));
 const right = el("aside", { className: "side right", "aria-label": "Results" }, readout.node, plots.node);
 app.append(el("header", {}, name, tools), el("main", {}, left, host, right), problems);
 const stage = new Stage(host);
-host.append(legend.node, scale, banner);
 
 let robot = null;
 let columns = [];
@@ -43,12 +43,34 @@ let again = false;
 
 const arrow = new Arrow(stage, {
   live: source.live,
-  move: (force) => {
+  pull: (force) => {
     store.change((s) => (s.tip.force_N = force));
     panel?.show();
   },
+  reach: (place) => source.solve(store.scenario, { target_mm: place }),
   done: () => store.settle(),
 });
+const dragged = choice("What is dragged at the tip", [["pull", "a force", "The ring is the head of the force on the tip"], ["reach", "the tip", "The actuators bring the tip to the pointer"]], "pull", (what) => {
+  arrow.moves = what === "reach";
+  paint();
+});
+const drag = el("div", { className: "drag", hidden: !source.live }, "Drag ", dragged.node);
+
+/** A motion: between two states that are asked for, or over the poses of a saved page. */
+let [first, last] = [null, null];
+let moving = false;
+const player = new Player({
+  go: (part) => {
+    if (!source.live) return source.play(part);
+    moving = true;
+    last ??= structuredClone(store.scenario);
+    store.replay(between(first ?? rest(robot), last, part));
+    moving = false;
+  },
+  rest: () => store.settle(),
+  ...(source.live ? { mark: () => (first = structuredClone(store.scenario)) } : {}),
+});
+host.append(legend.node, scale, banner, drag, player.node);
 stage.before = () => arrow.face();
 
 function arrowColour() {
@@ -78,6 +100,7 @@ const numbers = new Seldom(50, () => {
   const { pose } = store;
   if (!pose) return;
   readout.pose(pose, store.scenario);
+  aside.hidden = !source.live || pose.status !== "unstable";
   readout.note.textContent = source.live ? `${pose.iterations} Newton steps, ${(pose.solve_us / 1000).toFixed(2)} ms` : "";
   plots.pose(pose);
 });
@@ -98,11 +121,12 @@ function begin(description) {
   if (changed) return;
   if (same) {
     store.robot = robot;
-    source.solve(store.scenario, true);
+    source.solve(store.scenario, { from_rest: true });
   } else {
     refused = null;
+    first = null;
     store.begin(robot);
-    stage.look("aslant");
+    stage.look("space");
   }
   panel = source.live ? controlPanel(store, robot) : source.panel();
   left.replaceChildren(...panel.nodes, ...views());
@@ -138,6 +162,7 @@ const messages = {
     banner.hidden = true;
     begun = true;
     store.pose = new Pose(message, columns);
+    if (message.dragged) store.adopt(message.actuators);
     bend();
     numbers.wake();
   },
@@ -148,6 +173,7 @@ const messages = {
   // With which the program was started; not after a lost connection, and not for undo.
   start: ({ scenario }) => begun || store.start(scenario),
   file: ({ text }) => download(`${robot.name}-state.toml`, text, "application/toml"),
+  ranges: ({ ranges }) => panel?.safe(ranges),
   cloud: (message) => {
     stage.addCloud(message.floats);
     cloudNote.textContent = message.done ? "" : ` ${message.solved} of ${message.count}`;
@@ -161,19 +187,33 @@ source.addEventListener("lost", () => {
   if (store.pose) refuse(["The connection to the program is lost. If it was ended, start it again."]);
 });
 store.addEventListener("change", ({ detail }) => {
-  source.solve(store.scenario, resting);
+  if (!moving) {
+    last = null;
+    player.interrupt();
+  }
+  if (source.live) ranges.wake();
+  if (!detail.solved) source.solve(store.scenario, { from_rest: resting });
   resting = false;
   // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
   if (detail.outside) panel?.show();
 });
 let resting = false;
 
+/** How far each actuator may go is asked where nothing has changed for a while. */
+const ranges = new Rest(400, () => source.send({ ranges: trimmed(store.scenario) }));
+
+/** What is offered where the shape on the page is unstable. */
+const aside = button("To a stable shape", "Under the same command, on a branch that leaves the path from rest; stays here where there is none", () => source.solve(store.scenario, { aside: true }));
+aside.hidden = true;
+readout.advice.after(aside);
+
 function reset() {
   resting = true;
+  first = null;
+  stage.clearTrace();
   // How to solve stays.
   const { formulation, stretch, modes, refine, rotation_means } = store.scenario;
   store.replace({ formulation, stretch, modes, refine, rotation_means });
-  stage.clearTrace();
 }
 
 /** What is shown, below the controls. */
@@ -205,8 +245,6 @@ function setTheme(theme) {
   paint();
 }
 
-const button = (label, title, onclick) =>
-  el("button", { type: "button", title, onclick, ...(label.length > 1 ? {} : { "aria-label": title }) }, label);
 const undo = button("↶", "Undo (Ctrl+Z)", () => store.undo());
 const redo = button("↷", "Redo (Ctrl+Shift+Z)", () => store.redo());
 const showHistory = () => {
@@ -215,10 +253,14 @@ const showHistory = () => {
 };
 store.addEventListener("history", showHistory);
 store.addEventListener("change", showHistory);
-const camera = choice("Camera", Object.entries(VIEWS).map(([key, v], i) => [key, key, `${v.title} (${i + 1})`]), "", (key) => {
-  stage.look(key);
-  camera.set("");
+const camera = choice("Camera", Object.entries(VIEWS).map(([key, v], i) => [key, v.label, `${v.title} (${i + 1})`]), "", (key) => stage.look(key));
+stage.turned = () => camera.set(stage.view);
+const fit = button("Fit", "The robot as it is fills the picture (F)", () => stage.fit());
+const follow = button("Follow", "The camera goes with the tip", () => {
+  stage.follow(!stage.following);
+  follow.setAttribute("aria-pressed", String(stage.following));
 });
+follow.setAttribute("aria-pressed", "false");
 const colour = select("Colour by", Object.entries(COLOURINGS).map(([key, c]) => [key, c.label]), colouring, (key) => {
   colouring = key;
   bend();
@@ -244,7 +286,7 @@ tools.append(
   ...(source.live ? [button("Open…", "Another robot, or a state; or drop a file on the page", () => file.click()), file] : []),
   ...(source.live ? [el("span", { className: "group" }, undo, redo, button("Reset", "Everything held, no load (R)", reset))] : []),
   el("label", { className: "group" }, "Colour ", colour),
-  camera.node,
+  el("span", { className: "group" }, camera.node, fit, follow),
   menu,
   theme,
 );
@@ -283,7 +325,11 @@ addEventListener("keydown", (e) => {
   } else if (!typing && !e.ctrlKey && !e.metaKey && !e.altKey && !problems.open) {
     const views = Object.keys(VIEWS);
     if (e.key >= "1" && e.key <= String(views.length)) stage.look(views[e.key - 1]);
-    else if (e.key === "t") theme.click();
+    else if (e.key === "f") fit.click();
+    else if (e.key === " " && e.target === document.body) {
+      e.preventDefault();
+      player.play.click();
+    } else if (e.key === "t") theme.click();
     else if (e.key === "r" && source.live) reset();
   }
 });
@@ -291,4 +337,4 @@ addEventListener("keydown", (e) => {
 setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 source.connect();
 // For the console, tests and measurements.
-window.cppr = { store, source, stage, arrow, readout, plots, svg: () => svg(stage) };
+window.cppr = { store, source, stage, arrow, readout, plots, player, svg: () => svg(stage) };

@@ -7,9 +7,13 @@ function drive(store, index, { tube, motion, effort }) {
   const own = () => store.scenario.actuator[index];
   const byEffort = () => own()[effort.key] !== undefined;
   const node = el("div", { className: "drive" });
-  let value = null;
+  let [value, used, ranges] = [null, null, []];
+  const mark = () => {
+    const range = ranges.find((r) => r.tube === tube && r.key === used.key);
+    value.safe(range ? [range.low, range.high] : null);
+  };
   const build = () => {
-    const used = byEffort() ? effort : motion;
+    used = byEffort() ? effort : motion;
     value = valueControl({
       ...used,
       label: used.name,
@@ -17,6 +21,7 @@ function drive(store, index, { tube, motion, effort }) {
       input: (v) => store.change((s) => (s.actuator[index][used.key] = v)),
       done: () => store.settle(),
     });
+    mark();
     node.replaceChildren(el("div", { className: "row" }, value.node), mode.node);
   };
   const mode = choice(`${motion.name}: what is prescribed, tube ${tube}`, [["motion", motion.short, motion.title], ["effort", effort.short, effort.title]], "motion", (chosen) => {
@@ -34,10 +39,15 @@ function drive(store, index, { tube, motion, effort }) {
   build();
   const show = () => {
     mode.set(byEffort() ? "effort" : "motion");
-    build();
+    if (used !== (byEffort() ? effort : motion)) build();
+    else value.set(own()[used.key] ?? 0);
   };
   mode.set(byEffort() ? "effort" : "motion");
-  return { node, show };
+  const safe = (list) => {
+    ranges = list;
+    mark();
+  };
+  return { node, show, safe };
 }
 
 function actuator(store, control, index) {
@@ -53,7 +63,8 @@ function actuator(store, control, index) {
     effort: { key: "torque_Nmm", name: "Turn", short: "N mm", unit: "N mm", most: control.torque_Nmm, title: "Prescribe the torque" },
   });
   const node = el("fieldset", {}, el("legend", {}, el("i", { className: `swatch tube${tube - 1}` }), `Tube ${tube}`), push.node, turn.node);
-  return { node, show: () => [push, turn].forEach((d) => d.show()) };
+  const both = [push, turn];
+  return { node, show: () => both.forEach((d) => d.show()), safe: (list) => both.forEach((d) => d.safe(list)) };
 }
 
 function forces(store, robot) {
@@ -170,5 +181,9 @@ export function controlPanel(store, robot) {
     options(store, robot),
     notches(store, robot),
   ].filter(Boolean);
-  return { nodes: parts.map((p) => p.node), show: () => parts.forEach((p) => p.show()) };
+  return {
+    nodes: parts.map((p) => p.node),
+    show: () => parts.forEach((p) => p.show()),
+    safe: (list) => parts.forEach((p) => p.safe?.(list)),
+  };
 }

@@ -85,8 +85,9 @@ export function svg(stage) {
   flush();
   for (const line of [stage.trace, ...stage.centroids, stage.centre].filter((l) => l.visible)) {
     const ends = Array.from({ length: line.points.length / 3 }, (_, i) => project(...line.points.slice(3 * i, 3 * i + 3)));
-    const points = ends.map(([x, y]) => `${n(x)},${n(y)}`);
-    body += `<polyline fill="none" stroke="#${line.material.color.getHexString()}" stroke-width="${line.width}" points="${points.join(" ")}"/>\n`;
+    const letter = (i) => (i === 0 || (line.gaps.has(i) && line.gaps.has(i - 1)) ? "M" : "L");
+    const way = ends.map(([x, y], i) => `${letter(i)}${n(x)} ${n(y)}`).join("");
+    body += `<path fill="none" stroke="#${line.material.color.getHexString()}" stroke-width="${line.width}" d="${way}"/>\n`;
   }
   const [x, y] = project(...stage.pose.tip_mm);
   body += `<circle cx="${n(x)}" cy="${n(y)}" r="4" fill="#${stage.tip.material.color.getHexString()}"/>\n`;

@@ -1,7 +1,7 @@
 // Fields along the length, one line per tube.
 
 import { nice } from "./colour.js";
-import { el, select, show } from "./dom.js";
+import { el, select, shape, show } from "./dom.js";
 
 const QUANTITIES = [
   ["curvature_z", "Curvature κ_Z (1/m)"],
@@ -14,27 +14,26 @@ const QUANTITIES = [
   ["stretch", "Stretch (–)"],
 ];
 const FIRST = ["curvature_z", "moment_z", "axial_force"];
-const [W, H, LEFT, BOTTOM, TOP] = [320, 118, 44, 20, 8];
+/** Units of the drawing; its height follows the room that there is. */
+const [W, LEFT, BOTTOM, TOP] = [320, 44, 20, 8];
 const DASHES = ["", "6 3", "8 3 2 3", "12 3", "2 3", "8 3 2 3 2 3"];
-const NS = "http://www.w3.org/2000/svg";
-
-function shape(tag, attributes, ...children) {
-  const node = document.createElementNS(NS, tag);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  node.append(...children);
-  return node;
-}
 
 class Plot {
   constructor(column, { hover }) {
     this.column = column;
-    this.svg = shape("svg", { viewBox: `0 0 ${W} ${H}`, role: "img" });
+    this.svg = shape("svg", { role: "img" });
     this.value = el("span", { className: "values" });
     const pick = select("Plotted quantity", QUANTITIES, column, (v) => {
       this.column = v;
       this.draw();
     });
     this.node = el("figure", {}, el("figcaption", {}, pick, this.value), this.svg);
+    new ResizeObserver(([{ contentRect: { width, height } }]) => {
+      if (width === 0 || height === 0) return;
+      this.height = (W * height) / width;
+      this.svg.setAttribute("viewBox", `0 0 ${W} ${this.height}`);
+      this.draw();
+    }).observe(this.svg);
     this.svg.addEventListener("pointermove", (e) => {
       if (!this.pose) return;
       const box = this.svg.getBoundingClientRect();
@@ -46,13 +45,15 @@ class Plot {
 
   draw(pose = this.pose) {
     this.pose = pose;
-    if (!pose) return;
+    const H = this.height;
+    if (!pose || !H) return;
     const lines = Array.from({ length: pose.tubes }, (_, t) => pose.along(t, this.column));
     const most = Math.max(...lines.map((l) => l.reduce((m, v) => Math.max(m, v), 0)));
     const least = Math.min(...lines.map((l) => l.reduce((m, v) => Math.min(m, v), 0)));
     // What is only rounding is drawn as zero.
     const span = Math.max(most - least, 1e-3);
-    const step = nice(span / 4);
+    // A number needs some room above the next.
+    const step = nice(span / Math.max(2, Math.min(5, (H - BOTTOM - TOP) / 20)));
     const [low, high] = [Math.floor(least / step - 1e-3) * step, Math.ceil(most / step + 1e-3) * step];
     const length = pose.at(pose.sections - 1, 0, "abscissa");
     const px = (x) => LEFT + (x / length) * (W - LEFT - 6);
@@ -90,7 +91,7 @@ class Plot {
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
     const values = Array.from({ length: this.pose.tubes }, (_, t) => show(this.pose.at(section, t, this.column)));
-    this.value.textContent = values.join("  ");
+    this.value.textContent = `X = ${show(this.pose.at(section, 0, "abscissa"), 0)} mm: ${values.join(", ")}`;
   }
 }
 

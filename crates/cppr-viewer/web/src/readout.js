@@ -2,17 +2,28 @@
 
 import { el, show } from "./dom.js";
 
+/** From here on a limit is near. */
+const NEAR = 0.85;
+
 export class Readout {
   constructor() {
     this.status = el("p", { className: "status", role: "status" }, "connecting …");
+    this.advice = el("p", { className: "advice", hidden: true });
     this.table = el("table", { className: "readout" });
     this.note = el("p", { className: "note" });
-    this.node = el("section", { "aria-label": "Readout" }, this.status, this.table, this.note);
+    this.node = el("section", { "aria-label": "Readout" }, this.status, this.advice, this.table, this.note);
   }
 
   say(kind, text) {
     this.status.className = `status ${kind}`;
     if (this.status.textContent !== text) this.status.textContent = text;
+    this.advise("");
+  }
+
+  /** A sentence below the status; none where it is empty. */
+  advise(text) {
+    this.advice.hidden = text === "";
+    if (this.advice.textContent !== text) this.advice.textContent = text;
   }
 
   #row(name, cells, title = "") {
@@ -21,45 +32,59 @@ export class Readout {
 
   /** `scenario` tells which of two conjugate quantities was prescribed. */
   pose(pose, scenario) {
-    this.say(pose.status === "converged" ? "good" : "warn", pose.text);
+    const stable = pose.status === "converged";
+    this.say(stable && !pose.exceeded ? "good" : "warn", stable && pose.exceeded ? "converged, stable, beyond a limit" : pose.text);
+    this.advise(pose.exceeded ? `${pose.exceeded}.` : "");
     const [x, y, z] = pose.tip_mm.map((v) => show(v, 2));
     const rows = [
       el("tr", { className: "head" }, el("th", {}), ...["X", "Y", "Z"].map((a) => el("th", { scope: "col" }, a))),
       this.#row("Tip (mm)", [x, y, z], "Centre of the tip section, base frame"),
-      this.#row("Axis", pose.direction.map((v) => show(v, 4)), "Direction of the axis at the tip"),
+      this.#row("Direction", pose.direction.map((v) => show(v, 4)), "Of the axis at the tip, base frame"),
       this.#row("Bend", [el("td", { colSpan: 3 }, `${show(pose.bend_deg, 2)}°`)], "Angle between the tip and +X"),
     ];
     for (const a of pose.actuators) {
       const asked = scenario.actuator.find((b) => b.tube === a.tube) ?? {};
       const cell = (text, set, width) => el("td", { className: set === undefined ? "" : "set", colSpan: width }, text);
       const pair = (motion, a, effort, b) => [cell(motion, a, 1), cell(effort, b, 2)];
+      const name = (text) => [el("i", { className: `swatch tube${a.tube - 1}` }), text];
       rows.push(
-        el("tr", { className: "head" }, el("th", { colSpan: 4, scope: "rowgroup" }, el("i", { className: `swatch tube${a.tube - 1}` }), `Tube ${a.tube}`)),
-        this.#row("Pull", pair(`${show(a.pull_mm)} mm`, asked.pull_mm, `${show(a.tension_N)} N`, asked.tension_N)),
-        this.#row("Turn", pair(`${show(a.rotate_deg, 2)}°`, asked.rotate_deg, `${show(a.torque_Nmm, 2)} N mm`, asked.torque_Nmm)),
+        el("tr", { className: "first" }, el("th", { scope: "row" }, ...name(`Pull ${a.tube}`)), ...pair(`${show(a.pull_mm)} mm`, asked.pull_mm, `${show(a.tension_N)} N`, asked.tension_N)),
+        el("tr", {}, el("th", { scope: "row" }, ...name(`Turn ${a.tube}`)), ...pair(`${show(a.rotate_deg, 2)}°`, asked.rotate_deg, `${show(a.torque_Nmm, 2)} N mm`, asked.torque_Nmm)),
       );
     }
-    rows.push(el("tr", { className: "head" }, el("th", { colSpan: 4 }, "Limits")));
-    rows.push(this.#row("Stability", [el("td", { colSpan: 3 }, bar(pose.margin), pose.margin === null ? "not known (printed)" : show(pose.margin))], "1 at rest, 0 where the robot snaps"));
-    for (const limit of worst(pose)) {
-      rows.push(this.#row(`Notches ${limit.tube}`, [el("td", { colSpan: 3, className: limit.closure > 0.85 ? "low" : "" }, `${show(100 * limit.closure, 1)} % at ${show(limit.x_mm, 0)} mm`)], "Closure: part of the notch's length that bending has taken up where teeth are nearest; they touch at 100 %"));
-    }
-    rows.push(this.#row("Energy", [el("td", { colSpan: 3 }, `${show(pose.energy_mJ)} mJ`)]));
+    const margin = pose.margin === null ? ["not known (printed)"] : [bar(pose.margin), show(pose.margin)];
+    const first = this.#row("Stability", [el("td", { colSpan: 3 }, ...margin)], "Margin: 1 at rest, 0 where the robot snaps");
+    first.className = "first";
+    rows.push(first, ...limits(pose));
+    rows.push(this.#row("Energy", [el("td", { colSpan: 3 }, `${show(pose.energy_mJ)} mJ`)], "Elastic energy of all tubes"));
     this.table.replaceChildren(...rows);
   }
 }
 
-/** The notch of each tube that is nearest to closing. */
-function worst(pose) {
-  const by = new Map();
-  for (const limit of pose.limits ?? []) {
-    if (limit.closure !== null && limit.closure > (by.get(limit.tube)?.closure ?? -Infinity)) by.set(limit.tube, limit);
-  }
-  return [...by.values()];
+/** Less than that is rounding: the first of notches that are strained alike is named, as the program does. */
+const EVEN = 1e-9;
+
+/** Strain and closure of each tube where they are greatest, against what is allowed. */
+function limits(pose) {
+  const greatest = (tube, key) =>
+    pose.limits.filter((l) => l.tube === tube && l[key] !== null).reduce((most, l) => (most && most[key] + EVEN >= l[key] ? most : l), null);
+  const part = (limit, key) => {
+    if (!limit) return el("span", {}, "–");
+    const place = limit.notch === null ? `${show(limit.x_mm, 0)} mm` : `notch ${limit.notch}`;
+    return el("span", { className: limit[key] > NEAR ? "low" : "", title: `At x = ${show(limit.x_mm, 1)} mm` }, `${show(100 * limit[key], 0)} %`, el("small", {}, ` ${place}`));
+  };
+  const row = (className, name, title, ...parts) => el("tr", { className: `limits ${className}`, title }, el("th", { scope: "row" }, ...name), el("td", { colSpan: 3 }, el("div", {}, ...parts)));
+  const rows = [...new Set(pose.limits.map((l) => l.tube))].flatMap((tube) => {
+    const [strained, closed] = [greatest(tube, "strain_use"), greatest(tube, "closure")];
+    if (!strained && !closed) return [];
+    return [row("", [el("i", { className: `swatch tube${tube - 1}` }), `Tube ${tube}`], "", part(strained, "strain_use"), part(closed, "closure"))];
+  });
+  const words = "Where it is greatest: strain over what the material may bear; part of a notch's length that bending has taken up, 100 % where its teeth touch";
+  return rows.length === 0 ? [] : [row("first", ["Of limits"], words, el("span", {}, "strain"), el("span", {}, "closure")), ...rows];
 }
 
 function bar(part) {
   const fill = el("i");
-  fill.style.width = `${100 * Math.min(1, Math.max(0, part ?? 0))}%`;
-  return el("span", { className: `bar ${part !== null && part < 0.15 ? "low" : ""}`, "aria-hidden": "true" }, fill);
+  fill.style.width = `${100 * Math.min(1, Math.max(0, part))}%`;
+  return el("span", { className: `bar ${part < 0.15 ? "low" : ""}`, "aria-hidden": "true" }, fill);
 }

@@ -8,6 +8,8 @@ const [here, way, across, sight] = [new Vector3(), new Vector3(), new Vector3(),
 export class Ribbon extends Mesh {
   /** Three numbers for each point (mm). */
   points = [];
+  /** Points at which it has no width: between two of them it is not seen. */
+  gaps = new Set();
 
   /** `width` in px. */
   constructor(width) {
@@ -49,7 +51,7 @@ export class Ribbon extends Mesh {
       way.cross(eye);
       // Where it runs along the line of sight it has no direction on the screen: it keeps the last one.
       if (way.lengthSq() > 0) across.copy(way).normalize();
-      const half = 0.5 * this.width * pixel * eye.dot(sight);
+      const half = this.gaps.has(i) ? 0 : 0.5 * this.width * pixel * eye.dot(sight);
       out.set([here.x + half * across.x, here.y + half * across.y, here.z + half * across.z], 6 * i);
       out.set([here.x - half * across.x, here.y - half * across.y, here.z - half * across.z], 6 * i + 3);
     }

@@ -38,8 +38,16 @@ export class Saved extends EventTarget {
     this.#say(index);
   }
 
+  /** Part of the first sweep. */
+  play(part) {
+    const [slider] = this.sliders;
+    slider.value = Math.round(part * (this.data.axes[0].values.length - 1));
+    slider.dispatchEvent(new Event("input"));
+  }
+
   /** One slider for each axis. */
   panel() {
+    this.sliders = [];
     const rows = this.data.axes.map((axis, k) => {
       const digits = decimals(Math.max(...axis.values.map(Math.abs)));
       const out = el("output");
@@ -51,6 +59,7 @@ export class Saved extends EventTarget {
         this.#show();
       });
       tell();
+      this.sliders.push(slider);
       return el("div", { className: "value" }, el("label", {}, axis.name), slider, out);
     });
     const node = el("fieldset", {}, el("legend", {}, "Sweep"), ...rows, el("p", { className: "note" }, this.data.text));

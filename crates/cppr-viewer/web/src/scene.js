@@ -2,7 +2,7 @@
 // once for every picture of the screen. Millimetres; +Z is up.
 
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, LineBasicMaterial,
+  AmbientLight, Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
   ShaderMaterial, SphereGeometry, Vector3, Vector4, WebGLRenderer,
 } from "three";
@@ -12,14 +12,15 @@ import { AMBIENT, GROUND, KEY, SKY } from "./light.js";
 import { Pace } from "./pace.js";
 import { Ribbon } from "./ribbon.js";
 import { Smooth } from "./smooth.js";
+import { Triad } from "./triad.js";
 import { Tube } from "./tubes.js";
 
 /** Directions from which the camera looks, and what is up. */
 export const VIEWS = {
-  aslant: { from: [-0.45, -1, 0.75], title: "Aslant" },
-  plane: { from: [0, -0.001, 1], title: "X–Y plane, from +Z" },
-  side: { from: [0, -1, 0], title: "X–Z plane, from −Y" },
-  tip: { from: [1, 0, 0.001], title: "From the tip" },
+  space: { from: [-0.45, -1, 0.75], label: "3D", title: "From the side and above" },
+  plane: { from: [0, -0.001, 1], label: "X–Y", title: "Plane X–Y, seen from +Z" },
+  side: { from: [0, -1, 0], label: "X–Z", title: "Plane X–Z, seen from −Y" },
+  tip: { from: [1, 0, 0.001], label: "Y–Z", title: "Plane Y–Z, seen from +X, beyond the tip" },
 };
 
 const INK = { light: "#22262b", dark: "#e8eaed" };
@@ -40,6 +41,10 @@ const flat = () =>
 const TAKE = 2;
 /** After so long without a change the robot is at rest (ms). */
 const REST = 250;
+/** A view is seen while the camera is turned away from it by less (rad). */
+const SAME_VIEW = 5e-3;
+/** A tip that moves by more of the length at once has jumped: its trace has a gap there. */
+const JUMP = 0.1;
 
 export class Stage {
   tubes = [];
@@ -49,6 +54,13 @@ export class Stage {
   theme = "light";
   /** Of the picture (px). */
   height = 1;
+  /** Does the camera go with the tip? */
+  following = false;
+  /** Called where the camera moved. */
+  turned = () => {};
+  /** Places of the tip (mm); with a gap before and after where it jumped. */
+  tracePoints = [];
+  #fresh = true;
   #queued = false;
   /** Does a picture wait for the screen to take it? */
   #drawn = false;
@@ -66,12 +78,16 @@ export class Stage {
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("aria-label", "The robot. Arrow keys turn it, plus and minus zoom.");
-    host.append(this.canvas);
+    this.triad = new Triad();
+    host.append(this.canvas, this.triad.node);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(28, 1, 1, 1e5);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("change", () => {
+      this.turned();
+      this.draw();
+    });
     this.controls.zoomToCursor = true;
     this.key = new DirectionalLight("#ffffff", KEY);
     this.towardsKey = new Vector3();
@@ -116,7 +132,7 @@ export class Stage {
       ...this.tubes.map((t) => t.mesh), ...this.lines, this.frames, this.cloud, this.mark, this.tip,
       this.plate, this.grid,
     );
-    this.tracePoints = [];
+    this.clearTrace();
     this.pose = null;
     this.#bent = true;
     this.paint();
@@ -124,14 +140,11 @@ export class Stage {
 
   /** Bends the robot; `value(t)` gives the coloured value of tube t by section. */
   bend(pose, value) {
+    if (this.following && this.pose) this.#shift(pose.tip_mm.map((v, i) => v - this.pose.tip_mm[i]));
     this.pose = pose;
     this.value = value;
     this.#bent = false;
-    const last = this.tracePoints.at(-1);
-    if (!last || Math.hypot(...last.map((v, i) => v - pose.tip_mm[i])) > 0.002 * this.length) {
-      this.tracePoints.push(pose.tip_mm);
-      if (this.tracePoints.length > 2000) this.tracePoints.shift();
-    }
+    this.#lengthen(pose.tip_mm);
     this.#visible();
     this.draw();
   }
@@ -144,7 +157,10 @@ export class Stage {
     this.centroids.forEach((line, t) => (line.points = pose.points(t, "centroid_x")));
     this.centre.points = pose.points(0, "x");
     this.tip.position.set(...pose.tip_mm);
-    if (this.show.trace) this.trace.points = this.tracePoints.flat();
+    if (this.show.trace) {
+      this.trace.points = this.tracePoints.flatMap((p) => p.at);
+      this.trace.gaps = new Set(this.tracePoints.flatMap((p, i) => (p.gap ? [i] : [])));
+    }
     if (this.show.frames) this.#frames(pose);
   }
 
@@ -185,9 +201,74 @@ export class Stage {
     this.draw();
   }
 
+  /** The next shape begins a new trace. */
   clearTrace() {
-    this.tracePoints = this.pose ? [this.pose.tip_mm] : [];
-    this.#visible();
+    this.#fresh = true;
+  }
+
+  /** The trace goes on to here; where the tip has jumped, after a gap. */
+  #lengthen(at) {
+    if (this.#fresh) this.tracePoints = [];
+    this.#fresh = false;
+    const points = this.tracePoints;
+    const last = points.at(-1);
+    const way = last ? Math.hypot(...last.at.map((v, i) => v - at[i])) : Infinity;
+    if (way <= 0.002 * this.length) return;
+    if (last && way > JUMP * this.length) points.push({ at: last.at, gap: true }, { at, gap: true });
+    points.push({ at, gap: false });
+    if (points.length > 2000) points.splice(0, points.length - 2000);
+  }
+
+  /** Camera and what it looks at, moved together (mm). */
+  #shift(way) {
+    const { camera, controls } = this;
+    const by = new Vector3(...way);
+    controls.target.add(by);
+    camera.position.add(by);
+    controls.update();
+  }
+
+  /** Follows the tip from now on, or lets it go. */
+  follow(wanted) {
+    this.following = wanted;
+    if (wanted && this.pose) this.#shift(new Vector3(...this.pose.tip_mm).sub(this.controls.target).toArray());
+  }
+
+  /** Comes near enough, from where it looks, that the robot as it is now fills the picture. */
+  fit() {
+    if (!this.pose) return;
+    const { camera, controls, pose } = this;
+    const points = pose.points(0, "x");
+    const box = new Box3().setFromArray(points);
+    box.expandByPoint(new Vector3(...pose.tip_mm)).expandByScalar(2.6 * this.outer);
+    const middle = box.getCenter(new Vector3());
+    const radius = 0.5 * box.getSize(new Vector3()).length();
+    const from = camera.position.clone().sub(controls.target).normalize();
+    const half = Math.tan((camera.fov * Math.PI) / 360);
+    this.#stand(middle, from, radius / (half * Math.min(1, camera.aspect)));
+  }
+
+  /** Name of the view from which the camera looks; null where it is none of them. */
+  get view() {
+    const probe = new PerspectiveCamera();
+    probe.up.copy(this.camera.up);
+    const near = Object.keys(VIEWS).find((name) => {
+      probe.position.set(...VIEWS[name].from);
+      probe.lookAt(0, 0, 0);
+      return probe.quaternion.angleTo(this.camera.quaternion) < SAME_VIEW;
+    });
+    return near ?? null;
+  }
+
+  #stand(target, from, distance) {
+    const { camera, controls } = this;
+    controls.target.copy(target);
+    camera.position.copy(target).addScaledVector(from, distance);
+    camera.near = distance / 100;
+    camera.far = distance * 20;
+    camera.updateProjectionMatrix();
+    controls.update();
+    this.turned();
     this.draw();
   }
 
@@ -260,13 +341,7 @@ export class Stage {
     const aspect = this.camera.aspect;
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
     const distance = (reach * 1.08) / (half * Math.min(1, aspect * 0.92));
-    this.controls.target.set(name === "tip" ? 0.3 * this.length : 0.46 * this.length, 0, 0);
-    this.camera.position.copy(this.controls.target).addScaledVector(from, distance);
-    this.camera.near = distance / 100;
-    this.camera.far = distance * 20;
-    this.camera.updateProjectionMatrix();
-    this.controls.update();
-    this.draw();
+    this.#stand(new Vector3((name === "tip" ? 0.3 : 0.46) * this.length, 0, 0), from, distance);
   }
 
   #turn(event) {
@@ -343,6 +418,7 @@ export class Stage {
     this.#queued = false;
     if (!this.#bent) this.#shape();
     this.before?.();
+    this.triad.face(this.camera);
     for (const tube of this.tubes) tube.detail(smooth);
     for (const line of this.lines) line.face(this.camera, this.height);
     this.key.position.copy(this.camera.position);

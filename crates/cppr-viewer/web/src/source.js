@@ -66,18 +66,18 @@ export class Live extends EventTarget {
   }
   #offered = null;
 
-  /** Asks for the shape; of several that wait the newest is asked for. */
-  solve(scenario, fromRest = false) {
-    this.#wanted = { scenario, fromRest: fromRest || (this.#wanted?.fromRest ?? false) };
+  /** Asks for the shape; of several that wait the newest is asked for. `how`: what else the request says (see `Solve` of the server). */
+  solve(scenario, how = {}) {
+    this.#wanted = { scenario, how: { ...how, from_rest: (how.from_rest ?? false) || (this.#wanted?.how.from_rest ?? false) } };
     if (!this.#under) this.#next();
   }
 
   #next() {
     if (!this.#wanted || this.#socket?.readyState !== WebSocket.OPEN) return;
-    const { scenario, fromRest } = this.#wanted;
+    const { scenario, how } = this.#wanted;
     this.#wanted = null;
     this.#under = { id: ++this.#id, since: performance.now() };
-    this.send({ solve: { id: this.#id, scenario: trimmed(scenario), from_rest: fromRest } });
+    this.send({ solve: { id: this.#id, scenario: trimmed(scenario), ...how } });
   }
 
   #take(message) {

@@ -51,6 +51,15 @@ export class Store extends EventTarget {
     this.#say();
   }
 
+  /** Where the actuators stand, found with the shape on the page. */
+  adopt(actuators) {
+    for (const own of this.scenario.actuator) {
+      const state = actuators.find((a) => a.tube === own.tube) ?? {};
+      for (const key of Object.keys(own)) if (key !== "tube") own[key] = Number(state[key].toFixed(6));
+    }
+    this.dispatchEvent(new CustomEvent("change", { detail: { outside: true, solved: true } }));
+  }
+
   /** The control rests: one step of undo. */
   settle() {
     const now = JSON.stringify(this.scenario);
@@ -59,6 +68,12 @@ export class Store extends EventTarget {
     this.#future = [];
     this.#settled = now;
     this.dispatchEvent(new Event("history"));
+  }
+
+  /** A state of a motion: no step of undo, and the controls show it. */
+  replay(scenario) {
+    this.scenario = scenario;
+    this.#say(true);
   }
 
   /** A whole other scenario. */

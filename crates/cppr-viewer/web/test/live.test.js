@@ -54,9 +54,15 @@ test("shapes do not wait for pictures, and no picture is drawn for nothing", asy
     };
     requestAnimationFrame(tick);
     while (shapes < 100) {
-      const answer = new Promise((resolve) => source.addEventListener("message", resolve, { once: true }));
+      const answer = new Promise((resolve) => {
+        source.addEventListener("message", function take({ detail }) {
+          if (detail.kind !== "pose") return;
+          source.removeEventListener("message", take);
+          resolve(detail);
+        });
+      });
       store.change((s) => (s.actuator[0].pull_mm = 5 * Math.sin(shapes / 9)));
-      const { detail } = await answer;
+      const detail = await answer;
       bytes = Math.max(bytes, detail.floats.byteLength);
       shapes++;
     }
