@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use unicode_width::UnicodeWidthStr;
 
 /// Problems that one report lists; a file with more of them is damaged as a whole.
 const LISTED: usize = 50;
@@ -63,9 +64,13 @@ impl fmt::Display for Problem {
         }
         if let Some(excerpt) = &self.excerpt {
             let number = self.line.to_string();
-            let (margin, indent) = (" ".repeat(number.len()), " ".repeat(excerpt.start));
-            write!(f, "\n{margin} |\n{number} | {}\n", excerpt.text)?;
-            write!(f, "{margin} | {indent}{}", "^".repeat(excerpt.length))?;
+            // Columns of a terminal: some characters take two, some none.
+            let columns =
+                |from, count| excerpt.text.chars().skip(from).take(count).collect::<String>().width();
+            let margin = " ".repeat(number.len());
+            let indent = " ".repeat(columns(0, excerpt.start));
+            let carets = "^".repeat(columns(excerpt.start, excerpt.length).max(1));
+            write!(f, "\n{margin} |\n{number} | {}\n{margin} | {indent}{carets}", excerpt.text)?;
         }
         Ok(())
     }

@@ -455,3 +455,15 @@ fn long_lists_of_problems_and_long_lines_are_cut() {
         p.excerpt.as_ref().is_some_and(|e| e.text.chars().skip(e.start).take(4).collect::<String>() == "-1.0")
     }));
 }
+
+/// Carets are counted in columns of a terminal, of which some characters take two.
+#[test]
+fn carets_stand_below_wide_characters() {
+    let (text, _) = changed(R1, "name = \"R1\"", "name = \"管\" + \"棒\"");
+    let shown = problems(&text).to_string();
+    let lines: Vec<&str> = shown.lines().collect();
+    let quoted = lines.iter().position(|l| l.contains("管")).unwrap();
+    // The sign after the string: two columns for one character before it.
+    let before = lines[quoted].split(" + ").next().unwrap().chars().count() + 2;
+    assert_eq!(lines[quoted + 1].find('^'), Some(before), "{shown}");
+}
