@@ -66,10 +66,16 @@ def test_a_name_cannot_end_the_script(r3: cppr.Robot) -> None:
 
 def test_the_page_shows_what_notches_leave(r3: cppr.Robot) -> None:
     page = r3.solve(pull=-20e-3).show().page
-    follower = np.array(json.loads(re.search(r"const data = (.*);\n", page).group(1))["tubes"][1])
+    leader, follower = (
+        np.array(t) for t in json.loads(re.search(r"const data = (.*);\n", page).group(1))["tubes"]
+    )
     width = np.linalg.norm(follower[:, 0] - follower[:, -1], axis=-1)
-    # Whole where the uncut part has come up, open beyond.
-    assert width[0] < 1e-9 and width[-1] > 1e-3
+    # Whole where the uncut part has come up, 20 mm, and open at both ends of every notch beyond: all 15, since the tips are joined.
+    cut = np.flatnonzero(width > 1e-3)
+    assert len(cut) == 2 * 15 and np.all(width[: cut[0]] < 1e-9)
+    assert 20e-3 < follower[cut[0], :, 0].mean() < 26e-3
+    # Teeth between them are whole.
+    assert np.count_nonzero(np.linalg.norm(leader[:, 0] - leader[:, -1], axis=-1) > 1e-3) == 2 * 15
 
 
 def test_tables(loaded: cppr.Equilibrium) -> None:

@@ -13,9 +13,12 @@ from ._loads import DistributedForce, Gravity, Thread, Wrench
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's colours with dashes, so that tubes can be told apart in grey as well.
-_STYLES = (("#000000", "-"), ("#d55e00", "--"), ("#0072b2", "-."), ("#009e73", ":"), ("#cc79a7", "-"))
-_LOAD = "#8a2be2"
+# Colours and dashes of the program's figures: tubes are told apart in grey as well.
+STYLES = (
+    ("#0b3c6f", "-"), ("#d9541e", "--"), ("#4bbdae", "-."), ("#8b2f7f", (0, (7, 2))), ("#d0a200", ":"),
+    ("#5a5a5a", (0, (4.5, 1.3, 1, 1.3, 1, 1.3))),
+)  # fmt: skip
+_LOAD = "#222222"
 _FRAME = ("#b2182b", "#1b7837", "#2166ac")
 
 
@@ -79,7 +82,7 @@ def plot(
     any_ax: Any = ax
     dimensions = 2 if flat else 3
     for tube in range(shape.centroid.shape[1]):
-        color, dashes = _STYLES[tube % len(_STYLES)]
+        color, dashes = STYLES[tube % len(STYLES)]
         name = "tube 1 (leader)" if tube == 0 else f"tube {tube + 1}"
         line = shape.centroid[:, tube, :dimensions].T * 1e3
         any_ax.plot(*line, color=color, ls=dashes, lw=1.8, label=name)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from . import _cppr
 from ._design import NotchedTube
-from ._plot import draw_loads
+from ._plot import STYLES, draw_loads
 
 # Sides of a whole tube's section as it is drawn.
 _SIDES = 16
@@ -45,26 +45,49 @@ class View:
         webbrowser.open(Path(path).as_uri())
 
 
+def _rings(design: NotchedTube, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Abscissae of the rings that are drawn (m), and which of them are cut: two at every end of a notch."""
+    cut = (x >= 0) | (design.below_plate == "continued")
+    pattern = design.notches
+    if pattern is None:
+        return x, cut
+    pitch = pattern.length + pattern.tooth
+    middles = np.arange(np.floor(x[0] / pitch), pattern.count) * pitch + 0.5 * pitch
+    ends = (middles[:, None] + 0.5 * pattern.length * np.array([-1, -1, 1, 1])).ravel()
+    notched = np.tile([False, True, True, False], len(middles))
+    if design.below_plate == "plain":
+        notched &= ends >= 0
+    inside = (ends > x[0]) & (ends < x[-1])
+    rings, notched = ends[inside], notched[inside]
+    # The ends of the tube are like what is next to them.
+    first, last = ([notched[0]], [notched[-1]]) if len(notched) else ([False], [False])
+    return np.concatenate([x[:1], rings, x[-1:]]), np.concatenate([first, notched, last])
+
+
 def _strip(eq: _cppr.Equilibrium, shape: _cppr.Shape, tube: int) -> NDArray[np.float64]:
-    """Outer surface of a tube where its notches leave it (m), shape (sections, points, 3).
+    """Outer surface of a tube where its notches leave it (m), shape (rings, points, 3).
 
     A tube given by its stiffness is drawn as a thin rod along its centroid line.
     """
     design = eq.robot.tubes[tube]
     rotation = shape.tube_rotation[:, tube]
-    n = len(shape.x)
     if isinstance(design, NotchedTube):
-        # Abscissae below the plate show the uncut tube.
-        x = shape.abscissa[:, tube]
-        whole = (x < 0) & (design.below_plate == "plain")
-        depth = np.where(whole, 0.0, eq.robot.fields(np.clip(x, 0.0, eq.robot.length), tube + 1)["depth"])
-        radius = np.full(n, design.outer_radius)
-        centre = shape.centre
+        own = shape.abscissa[:, tube]
+        x, notched = _rings(design, own)
+
+        def between(values: NDArray[np.float64]) -> NDArray[np.float64]:
+            flat = values.reshape(len(own), -1).T
+            return np.stack([np.interp(x, own, v) for v in flat], axis=-1).reshape(len(x), *values.shape[1:])
+
+        centre, rotation = between(shape.centre), between(rotation)
+        rotation = rotation / np.linalg.norm(rotation, axis=1, keepdims=True)
+        depth = np.where(notched, eq.robot.fields(np.clip(x, 0.0, eq.robot.length), tube + 1)["depth"], 0.0)
+        radius = np.full(len(x), design.outer_radius)
         half = np.where(depth > 0, np.arccos(np.clip((depth - radius) / radius, -1, 1)), np.pi)
     else:
-        radius = np.full(n, 0.006 * eq.robot.length)
+        radius = np.full(len(shape.x), 0.006 * eq.robot.length)
         centre = shape.centroid[:, tube]
-        half = np.full(n, np.pi)
+        half = np.full(len(radius), np.pi)
     angle = half[:, None] * np.linspace(-1, 1, _SIDES + 1)
     local = np.stack([np.zeros_like(angle), np.cos(angle), np.sin(angle)], axis=-1) * radius[:, None, None]
     surface: NDArray[np.float64] = centre[:, None] + np.einsum("nij,npj->npi", rotation, local)
@@ -87,7 +110,7 @@ class _Collector:
 def show(self: _cppr.Equilibrium, sections: int = 61) -> View:
     """A view that turns, zooms (wheel) and shifts (shift) with the mouse; works offline.
 
-    The tubes are drawn as what their notches leave of the outer surface.
+    The tubes are drawn as what their notches leave of the outer surface, notch by notch where these are known.
     """
     shape = self.sample(sections)
     arrows = _Collector()
@@ -100,6 +123,7 @@ def show(self: _cppr.Equilibrium, sections: int = 61) -> View:
         "title": f"{self.robot.name}: {self.status}",
         "note": forces,
         "length": self.robot.length,
+        "colours": [STYLES[tube % len(STYLES)][0] for tube in tubes],
         "tubes": [np.round(_strip(self, shape, tube), 6).tolist() for tube in tubes],
         "centre": np.round(shape.centre, 6).tolist(),
         "tip": np.round(self.tip_rotation, 6).tolist(),
