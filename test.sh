@@ -20,6 +20,7 @@ RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet ||
     fail "the documentation of the library has errors: see above"
 cargo test --workspace --release "$@" || fail "tests failed: see above"
 ./deny.sh || fail "dependencies break a rule of deny.toml: see above"
+crates/cppr-cli/test.sh || fail "outputs are not as their schemas say: see above"
 crates/cppr-mesh/test.sh || fail "exported files do not pass other readers: see above"
 crates/cppr-py/test.sh || fail "tests of the Python package failed: see above"
 crates/cppr-c/test.sh || fail "tests of the C interface failed: see above"

@@ -2,15 +2,22 @@
 
 use crate::Failure;
 use crate::command::read_robot;
-use crate::output::print;
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
 use crate::table::{beyond_patterns, millimetres};
-use std::path::PathBuf;
+use cppr_io::{Problem, robot_file};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Shown by `--help`.
 pub const EXAMPLES: &str = "\
 Examples:
   cppr check robots/r3.toml
-  cppr check robots/r1.toml robots/childs3.toml";
+  cppr check robots/r1.toml robots/childs3.toml
+  cppr check robots/r1.toml --json -
+
+The JSON has an entry for each file, with line and column of every problem.";
 
 /// Arguments of `cppr check`.
 #[derive(clap::Args)]
@@ -18,26 +25,54 @@ pub struct Args {
     /// Robot files (TOML)
     #[arg(required = true, value_name = "ROBOT")]
     robots: Vec<PathBuf>,
+    /// Write what was found, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
 }
 
 /// Reports every file; fails where one is wrong.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut problems = Vec::new();
+    let outputs = Outputs { json: args.json.as_deref(), csv: None, plot: None };
+    args.robots.iter().try_for_each(|robot| outputs.spare(robot))?;
+    let (mut sound, mut problems, mut files) = (String::new(), Vec::new(), Vec::new());
     for path in &args.robots {
         match read_robot(path) {
             Ok((_, robot)) => {
                 let (count, mm) = (robot.tube_count(), millimetres(robot.length()));
                 let tubes = if count == 1 { "1 tube".into() } else { format!("{count} tubes") };
                 let plane = if robot.is_planar() { "planar" } else { "in space" };
-                print(&format!("{}: {tubes}, {mm} mm long, {plane}: fine\n", path.display()))?;
-                for text in beyond_patterns(&robot) {
-                    print(&format!("  but {text}\n"))?;
+                let _ = writeln!(sound, "{}: {tubes}, {mm} mm long, {plane}: fine", path.display());
+                let warnings = beyond_patterns(&robot);
+                for text in &warnings {
+                    let _ = writeln!(sound, "  but {text}");
                 }
+                let found = json!({ "name": robot.design().name, "length_m": robot.length(), "tubes": count,
+                    "planar": robot.is_planar(), "warnings": warnings });
+                files.push(json!({ "file": path.display().to_string(), "sound": true, "robot": found, "problems": [] }));
             }
             Err(
                 Failure::Input(message) | Failure::NoEquilibrium(message) | Failure::Interrupted(message),
-            ) => problems.push(message),
+            ) => {
+                files.push(json!({ "file": path.display().to_string(), "sound": false, "robot": null,
+                    "problems": listed(path, &message) }));
+                problems.push(message);
+            }
         }
     }
+    if let Some(path) = outputs.json {
+        let whole = json!({ "schema": "cppr/check", "schema_version": 1, "files": files });
+        write_or_print(path, &format!("{whole:#}\n"))?;
+    }
+    outputs.report(&sound)?;
     if problems.is_empty() { Ok(()) } else { Err(Failure::Input(problems.join("\n"))) }
+}
+
+/// The problems of the file with their places; of a robot that the file describes soundly, but that cannot be, what was said.
+fn listed(path: &Path, said: &str) -> Vec<Value> {
+    let place = |at: usize| Some(at).filter(|at| *at > 0);
+    let one = |p: &Problem| json!({ "line": place(p.line), "column": place(p.column), "key": p.key, "message": p.message, "help": p.help });
+    match robot_file::read(path) {
+        Err(problems) => problems.list.iter().map(one).collect(),
+        Ok(_) => vec![json!({ "line": null, "column": null, "key": "", "message": said, "help": "" })],
+    }
 }

@@ -2,7 +2,8 @@
 
 use crate::Failure;
 use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
-use crate::output::{self, is_stdout, print};
+use crate::output::{self, is_stdout, write_or_print};
+use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
 use cppr::design::Robot;
 use cppr_io::RobotFile;
@@ -10,6 +11,7 @@ use cppr_mesh::{
     Detail, Flange, Flaws, Part, TubeOptions, UnrolledOptions, bent_tubes, dxf, glb, gltf, obj, stl,
     three_mf, tube_mesh, tube_volume, unrolled,
 };
+use serde_json::{Value, json};
 use std::fmt::{Display, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,7 @@ Examples:
   cppr export robots/r1.toml --tube 2 --below 40mm --flange 6mm,2mm --tip-cap 1mm --output tube2.3mf
   cppr export robots/r3.toml --tube 1 --kerf 20um --output cuts.dxf
   cppr export robots/r1.toml --pull 5mm --output bent.glb
+  cppr export robots/r1.toml --tube 2 --output tube2.stl --json -
   cppr export robots/helicoid.toml --pull 10mm --tip-force 0,0,-0.1N --output bent.obj
 
 STL, OBJ, 3MF and DXF are in mm, glTF in m. Axes: the base frame, X along the robot at rest, Y towards the leader's
@@ -92,6 +95,9 @@ pub struct Args {
     /// Width that the laser takes away; for DXF
     #[arg(long, value_name = "WIDTH", allow_hyphen_values = true, requires = "tube", value_parser = |t: &str| scalar(t, Kind::Length))]
     kerf: Option<f64>,
+    /// Write what the file holds, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     command: CommandArgs,
 }
@@ -133,9 +139,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(input("--output -: an export goes into a file; write its name"));
     }
     let format = format(&args.output, args.format)?;
-    output::check(&args.robot, &[("--output", Some(&args.output))])?;
+    let json = args.json.as_deref();
+    output::check(&args.robot, &[("--output", Some(&args.output)), ("--json", json)])?;
     let (file, robot) = read_robot(&args.robot)?;
-    let (bytes, mut text) = match (args.tube, format) {
+    let Made { bytes, mut text, content } = match (args.tube, format) {
         (Some(tube), Format::Dxf) => cut_pattern(args, &file, tube)?,
         (None, Format::Dxf) => {
             return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
@@ -148,7 +155,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     output::write(&args.output, &bytes)?;
     let _ = writeln!(text, "  written      {}", args.output.display());
-    print(&text)
+    if let Some(path) = json {
+        let mut whole = json!({
+            "schema": "cppr/export", "schema_version": 1, "robot": file.design.name,
+            "file": args.output.display().to_string(), "format": format.name(), "bodies": [], "volume_m3": null,
+            "pattern": null,
+        });
+        for (key, value) in content {
+            whole[key] = value;
+        }
+        write_or_print(path, &format!("{whole:#}\n"))?;
+    }
+    Outputs { json, csv: None, plot: None }.report(&text)
+}
+
+/// A file, what is said of it, and the same for JSON.
+struct Made {
+    bytes: Vec<u8>,
+    text: String,
+    content: Vec<(&'static str, Value)>,
+}
+
+/// A body for JSON.
+fn body(part: &Part) -> Value {
+    json!({ "name": part.name, "triangles": part.mesh.triangles.len(), "bounds_m": part.mesh.bounds() })
 }
 
 /// Index of a tube that the user counts from 1.
@@ -189,7 +219,7 @@ fn closed(part: &Part) -> Result<(), Failure> {
     }
 }
 
-fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<(Vec<u8>, String), Failure> {
+fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<Made, Failure> {
     let tube = index(tube, file)?;
     let options = TubeOptions {
         detail: Detail::workshop(args.tolerance.unwrap_or(1e-5)),
@@ -219,10 +249,11 @@ fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<
         volume * 1e9,
         off * 100.0
     );
-    Ok((encode(format, &[part])?, text))
+    let content = vec![("bodies", json!([body(&part)])), ("volume_m3", volume.into())];
+    Ok(Made { bytes: encode(format, &[part])?, text, content })
 }
 
-fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<(Vec<u8>, String), Failure> {
+fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<Made, Failure> {
     if args.flange.is_some() || args.tip_cap.is_some() {
         return Err(input("--flange and --tip-cap are no cuts: leave them away, or write a body"));
     }
@@ -243,15 +274,15 @@ fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<(Vec<u8>, S
             radial * 1e6
         );
     }
-    Ok((dxf(&pattern).map_err(input)?, text))
+    let kept = pattern.kept_area;
+    let content = json!({
+        "tube": tube + 1, "length_m": right - left, "circumference_m": top - bottom, "notches": pattern.openings.len(),
+        "kerf_m": kerf, "kept_area_straight_m2": kept.map(|k| k[0]), "kept_area_radial_m2": kept.map(|k| k[1]),
+    });
+    Ok(Made { bytes: dxf(&pattern).map_err(input)?, text, content: vec![("pattern", content)] })
 }
 
-fn assembly(
-    args: &Args,
-    format: Format,
-    file: &RobotFile,
-    robot: &Robot,
-) -> Result<(Vec<u8>, String), Failure> {
+fn assembly(args: &Args, format: Format, file: &RobotFile, robot: &Robot) -> Result<Made, Failure> {
     let command = args.command.command(robot)?;
     let mut solver = args.command.solver(robot)?;
     let found = solver.solve(&command).map_err(input)?;
@@ -276,5 +307,6 @@ fn assembly(
             range.join(", ")
         );
     }
-    Ok((encode(format, &parts)?, text))
+    let content = vec![("bodies", parts.iter().map(body).collect())];
+    Ok(Made { bytes: encode(format, &parts)?, text, content })
 }

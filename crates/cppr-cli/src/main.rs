@@ -14,6 +14,7 @@ mod export;
 mod figure;
 mod free;
 mod limits;
+mod new;
 mod output;
 mod outputs;
 mod paper;
@@ -23,6 +24,7 @@ mod scenario;
 mod section;
 mod sense;
 mod shape_match;
+mod shell;
 mod solve;
 mod study;
 mod sweep;
@@ -43,6 +45,7 @@ struct Cli {
 
 const HELP: &str = "\
 First steps:
+  cppr new my-arm.toml --defaults
   cppr check robots/r3.toml
   cppr solve robots/r3.toml --pull 5mm --plot r3.svg
   cppr section robots/r3.toml --plot sections.svg
@@ -53,6 +56,9 @@ Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found, 130 interrupted.";
 
 #[derive(Subcommand)]
 enum Task {
+    /// A robot file from a few answers, commented.
+    #[command(after_help = new::EXAMPLES)]
+    New(new::Args),
     /// The equilibrium shape of a robot under actuation and loads.
     #[command(after_help = solve::EXAMPLES)]
     Solve(Box<solve::Args>),
@@ -95,6 +101,12 @@ enum Task {
     /// The robot in the browser: it bends as you drag.
     #[command(after_help = view::EXAMPLES)]
     View(view::Args),
+    /// A script that completes commands in bash, zsh, fish and other shells.
+    #[command(after_help = shell::COMPLETIONS)]
+    Completions(shell::CompletionsArgs),
+    /// Manual pages.
+    #[command(after_help = shell::MAN)]
+    Man(shell::ManArgs),
 }
 
 /// Why the program ends without having done its task.
@@ -109,6 +121,7 @@ enum Failure {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
+        Task::New(args) => new::run(&args),
         Task::Solve(args) => solve::run(&args),
         Task::Continue(args) => continuation::run(&args),
         Task::Limits(args) => limits::run(&args),
@@ -123,6 +136,8 @@ fn main() -> ExitCode {
         Task::Export(args) => export::run(&args),
         Task::Paper(args) => paper::run(&args),
         Task::View(args) => view::run(&args),
+        Task::Completions(args) => shell::completions(&args),
+        Task::Man(args) => shell::man(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

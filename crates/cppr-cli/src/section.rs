@@ -8,6 +8,7 @@ use crate::table::{millimetres, plain};
 use cppr::design::{NotchedTube, Robot, TubeDesign};
 use cppr_io::RobotFile;
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -17,6 +18,7 @@ Examples:
   cppr section robots/r3.toml
   cppr section robots/r3.toml --tube 2 --samples 31 --csv r3-sections.csv
   cppr section robots/r4.toml --plot r4-sections.png
+  cppr section robots/r1.toml --tube 1 --json -
 
 Stiffness and offset are those of the notched section at every x, as the mechanics takes them: the teeth between notches count as
 notched too, whatever tooth_mm is.";
@@ -35,6 +37,9 @@ pub struct Args {
     /// Write the table, - for standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write the table in SI units, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Draw the properties, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -102,6 +107,17 @@ impl Row {
         }
     }
 
+    /// In SI units; null where the design does not say.
+    fn json(&self) -> Value {
+        json!({
+            "x_m": self.x_mm * 1e-3, "notch_depth_m": self.depth_mm * 1e-3, "area_m2": self.area_mm2 * 1e-6,
+            "centroid_offset_m": self.offset_mm * 1e-3,
+            "kinematic_centroid_offset_m": self.kinematic_offset_mm * 1e-3,
+            "bending_y_Nm2": self.bending_y * 1e-6, "bending_z_Nm2": self.bending_z * 1e-6,
+            "torsion_Nm2": self.torsion * 1e-6, "mass_per_length_kg_m": self.mass_g_m * 1e-3,
+        })
+    }
+
     fn values(&self) -> [f64; 9] {
         [
             self.x_mm,
@@ -120,7 +136,8 @@ impl Row {
 /// Prints, writes, draws.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    output::check(&args.robot, &[("--csv", args.csv.as_deref()), ("--plot", args.plot.as_deref())])?;
+    let (json, csv) = (args.json.as_deref(), args.csv.as_deref());
+    output::check(&args.robot, &[("--json", json), ("--csv", csv), ("--plot", args.plot.as_deref())])?;
     let (file, robot) = read_robot(&args.robot)?;
     let count = robot.tube_count();
     let tubes: Vec<usize> = match args.tube {
@@ -136,7 +153,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let last = f64::from(samples - 1);
         (0..samples).map(|i| Row::new(&file, &robot, tube, robot.length() * f64::from(i) / last)).collect()
     };
-    if let Some(path) = &args.csv {
+    if let Some(path) = json {
+        let tubes: Vec<Value> = tubes
+            .iter()
+            .map(|&tube| {
+                let sections: Vec<Value> = rows(tube, args.samples).iter().map(Row::json).collect();
+                json!({ "tube": tube + 1, "sections": sections })
+            })
+            .collect();
+        let name = &robot.design().name;
+        let whole = json!({ "schema": "cppr/section", "schema_version": 1, "robot": name, "tubes": tubes });
+        write_or_print(path, &format!("{whole:#}\n"))?;
+    }
+    if let Some(path) = csv {
         let mut text = format!("tube,{}\n", KEYS.join(","));
         for &tube in &tubes {
             for row in rows(tube, args.samples) {
@@ -196,7 +225,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             );
         }
     }
-    if args.csv.as_deref().is_some_and(is_stdout) {
+    if [json, csv].into_iter().flatten().any(is_stdout) {
         note(&text);
         Ok(())
     } else {

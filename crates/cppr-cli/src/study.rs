@@ -1,8 +1,9 @@
-//! What a sampled sweep says of tolerances, as text.
+//! What a sampled sweep says of tolerances, as text and for JSON.
 
 use crate::cloud::in_shown_unit;
 use crate::table::plain;
 use cppr_sweep::{PERCENTILES, Report};
+use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// Mean, deviation, percentiles and range of every output; then the inputs by what they do to the tip.
@@ -41,6 +42,27 @@ pub fn text(report: &Report) -> String {
     }
     let _ = writeln!(text, "    {:<43}{:>23} %", "linear in the inputs", plain(100.0 * report.linear, 1));
     text
+}
+
+/// The same numbers in the units of the table's columns.
+pub fn json(report: &Report) -> Value {
+    let outputs: Vec<Value> = report
+        .outputs
+        .iter()
+        .map(|o| {
+            json!({ "column": o.name, "mean": o.mean, "deviation": o.deviation, "percentiles": o.percentiles,
+                "range": o.range })
+        })
+        .collect();
+    let inputs: Vec<Value> = report
+        .inputs
+        .iter()
+        .map(|i| json!({ "column": i.name, "deviation": i.deviation, "tip_m": i.tip, "share": i.share }))
+        .collect();
+    json!({
+        "stable_poses": report.count, "percentiles_at": PERCENTILES, "outputs": outputs, "inputs": inputs,
+        "linear_share": report.linear,
+    })
 }
 
 /// Decimals that show three digits of a size.

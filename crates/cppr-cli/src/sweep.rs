@@ -4,15 +4,17 @@ use crate::Failure;
 use crate::cloud::Workspace;
 use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
 use crate::figure;
-use crate::output::{self, note, print};
+use crate::output::{self, note, write_or_print};
+use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
 use cppr::analysis::{Teeth, absurd_demand};
 use cppr::solve::{CommandProblem, Quantity};
 use cppr_sweep::{
-    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Study, Task, Values, Variable, Verdict,
-    parts_of, write_file,
+    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Report, Study, Task, Values, Variable,
+    Verdict, parts_of, write_file,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,6 +28,7 @@ Examples:
   cppr sweep robots/r1.toml --pull -7..7mm --rotate -90..90deg --tip-force 0,-0.2..0.2,0N --samples 200 --output samples.npz
   cppr sweep robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 20 --output tolerance.csv
   cppr sweep robots/r1.toml --pull -6..6mm:25 --planar --limits --output plane.csv --plot plane.svg --colour closure
+  cppr sweep robots/r1.toml --pull -5..5mm:11 --output pulls.csv --json -
   cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.parquet --resume
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
@@ -84,6 +87,9 @@ pub struct Args {
     /// The table: .csv, .npz or .parquet
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
+    /// Write how many poses ended how, - for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Draw the stable tip positions, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -149,7 +155,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // A link stays a link.
     let target = std::fs::canonicalize(&args.output).unwrap_or_else(|_| args.output.clone());
     let plot = args.plot.as_deref().map(figure::format).transpose()?;
-    output::check(&args.robot, &[("--output", Some(&args.output)), ("--plot", args.plot.as_deref())])?;
+    let json = args.json.as_deref();
+    let outputs =
+        [("--output", Some(args.output.as_path())), ("--json", json), ("--plot", args.plot.as_deref())];
+    output::check(&args.robot, &outputs)?;
     if args.output.exists() && !args.output.is_file() {
         return Err(Failure::Input(format!(
             "--output {shown}: this is no file; a table is put together in one"
@@ -205,8 +214,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     bar.finish_and_clear();
     let finished = finished.map_err(|problem| failure(&target, &problem))?;
     let solved = rows - before.unwrap_or_default();
-    let mut text = summary(args, &task, &finished, &reasons, solved, start.elapsed().as_secs_f64());
-    if let Some(report) = study.and_then(|study| study.report()) {
+    let seconds = start.elapsed().as_secs_f64();
+    let study = study.and_then(|study| study.report());
+    if let Some(path) = json {
+        let whole = as_json(args, &task, &finished, &reasons, study.as_ref(), solved, seconds);
+        write_or_print(path, &format!("{whole:#}\n"))?;
+    }
+    let mut text = summary(args, &task, &finished, &reasons, solved, seconds);
+    if let Some(report) = study {
         text += &crate::study::text(&report);
     }
     if finished.counts[usize::from(Verdict::Converged.code())] > 0
@@ -215,7 +230,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         figure::write(path, format, &cloud.figure(&task)?)?;
     }
     if Verdict::ALL.iter().zip(finished.counts).any(|(v, n)| v.is_equilibrium() && n > 0) {
-        print(&text)
+        Outputs { json, csv: None, plot: None }.report(&text)
     } else {
         note(&text);
         Err(Failure::NoEquilibrium(format!("{}: no pose has an equilibrium", task.robot.design().name)))
@@ -326,6 +341,28 @@ fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
         ));
     }
     Ok(axes)
+}
+
+fn as_json(
+    args: &Args,
+    task: &Task,
+    finished: &Finished,
+    reasons: &[Option<String>],
+    study: Option<&Report>,
+    solved: u64,
+    seconds: f64,
+) -> Value {
+    let ends = Verdict::ALL.iter().zip(finished.counts).zip(finished.first).zip(reasons);
+    let ends: Vec<Value> = ends
+        .map(|(((verdict, count), first), reason)| {
+            json!({ "status": verdict.text(), "poses": count, "first_row": first, "reason": reason })
+        })
+        .collect();
+    json!({
+        "schema": "cppr/sweep", "schema_version": 1, "robot": task.robot.design().name,
+        "table": args.output.display().to_string(), "poses": task.rows(), "solved_now": solved, "seconds": seconds,
+        "ends": ends, "study": study.map(crate::study::json),
+    })
 }
 
 fn summary(

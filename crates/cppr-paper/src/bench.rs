@@ -14,13 +14,13 @@ pub const PAPER_SPACE: Resolution =
     Resolution { twist: 2, bending_y: 3, bending_z: 3, angle: 2, stretch: 0, nodes: 12 };
 
 const FILES: [(&str, &str); 7] = [
-    ("r1", include_str!("../../../robots/r1.toml")),
-    ("r2", include_str!("../../../robots/r2.toml")),
-    ("r3", include_str!("../../../robots/r3.toml")),
-    ("r4", include_str!("../../../robots/r4.toml")),
-    ("childs2", include_str!("../../../robots/childs2.toml")),
-    ("childs3", include_str!("../../../robots/childs3.toml")),
-    ("helicoid", include_str!("../../../robots/helicoid.toml")),
+    ("r1", include_str!("../robots/r1.toml")),
+    ("r2", include_str!("../robots/r2.toml")),
+    ("r3", include_str!("../robots/r3.toml")),
+    ("r4", include_str!("../robots/r4.toml")),
+    ("childs2", include_str!("../robots/childs2.toml")),
+    ("childs3", include_str!("../robots/childs3.toml")),
+    ("helicoid", include_str!("../robots/helicoid.toml")),
 ];
 
 /// Design of a shipped robot.

@@ -62,7 +62,7 @@ impl Job {
 
 macro_rules! job {
     ($name:literal, $make:path) => {
-        Job { name: $name, text: include_str!(concat!("../../../paper/", $name, ".toml")), make: $make }
+        Job { name: $name, text: include_str!(concat!("../paper/", $name, ".toml")), make: $make }
     };
 }
 

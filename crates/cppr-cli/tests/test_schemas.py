@@ -1,0 +1,169 @@
+"""Every output in JSON against the schema that is published with the book: nothing missing, nothing undescribed, and nothing
+described that no output has. The program is target/release/cppr."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+ROOT = Path(__file__).parents[3]
+SCHEMAS = ROOT / "docs/src/schemas"
+
+# Commands that together show every key of a schema.
+COMMANDS = {
+    "solve": [
+        "robots/childs3.toml --pull 2=1mm --tension 3=-0.5N --torque 2=1Nmm --tip-force 0,0,-0.5N --samples 3",
+        "robots/r3.toml --pull -4mm --gravity 0,0,-1g --thread 0.1962N:150,-24,0mm --distributed 0..100mm:0,-1,0N/m --samples 2",
+        "robots/r1.toml --pull 140mm --samples 2",
+        "robots/r3.toml --pull 149mm",
+        "robots/r3.toml --pull -5mm --tip-force -2,0,0N --samples 2",
+        "robots/r1.toml --pull 1mm --formulation printed --samples 2",
+    ],
+    "continue": [
+        "robots/childs3.toml --along rotate=3 --to 180deg --pull 2=1mm",
+        "robots/r3.toml --along load --to 2 --pull -5mm --tip-force -1,0,0N --branches",
+        "robots/childs3.toml --along tension=2 --to 1N --torque 2=0Nmm --distributed 0..10mm:0,1,0N/m --thread 0.1N:30,-24,0mm",
+    ],
+    "limits": [
+        "robots/r4.toml --pull -4mm",
+        "robots/childs3.toml",
+        "robots/r1.toml --pull 140mm",
+    ],
+    "reach": [
+        "robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N",
+        "robots/r1.toml --position 100,100,100mm --rotate-bounds -90..90deg",
+    ],
+    "match": ["robots/r3.toml --points examples/shapes/r3.csv --rotate 0deg"],
+    "sense": [
+        "robots/r1.toml --pull 5mm --rotate 20deg --measured-tension 5.07N --measured-torque 3.8Nmm"
+        " --measured-position 120.9,-65.5,-2mm --measured-direction 0.37,-0.93,-0.04"
+    ],
+    "derivatives": [
+        "robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm"
+    ],
+    "calibrate": ["robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor"],
+    "section": ["robots/r3.toml --samples 3", "robots/childs3.toml --samples 2"],
+    "check": ["robots/r3.toml robots/helicoid.toml {folder}/wrong.toml {folder}/missing.toml"],
+    "sweep": [
+        "robots/r3.toml --pull 0..149mm:3 --output {folder}/poses.csv",
+        "robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 8 --output {folder}/tolerance.csv",
+    ],
+    "export": [
+        "robots/r1.toml --tube 1 --output {folder}/tube.stl",
+        "robots/r1.toml --tube 1 --kerf 20um --output {folder}/cuts.dxf",
+        "robots/r1.toml --pull 5mm --output {folder}/bent.glb",
+    ],
+}
+
+
+def cppr(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([ROOT / "target/release/cppr", *arguments], cwd=ROOT, capture_output=True, text=True)
+
+
+def output(*arguments: str) -> Any:
+    """What a command writes as JSON, whatever its exit code."""
+    done = cppr(*arguments, "--json", "-")
+    assert done.stdout.startswith("{"), f"{arguments}: {done.stderr}"
+    return json.loads(done.stdout)
+
+
+def published(name: str) -> dict[str, Any]:
+    schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text())
+    Draft202012Validator.check_schema(schema)
+    return schema
+
+
+def strict(schema: Any) -> Any:
+    """The published schemas let new keys come; here none may go undescribed."""
+    if isinstance(schema, dict):
+        own = {key: strict(value) for key, value in schema.items()}
+        return {"additionalProperties": False, **own} if "properties" in own else own
+    return [strict(value) for value in schema] if isinstance(schema, list) else schema
+
+
+def described(schema: Any) -> set[str]:
+    """Keys that a schema describes."""
+    if isinstance(schema, dict):
+        return set(schema.get("properties", ())).union(*map(described, schema.values()))
+    return set().union(*map(described, schema)) if isinstance(schema, list) else set()
+
+
+def present(value: Any) -> set[str]:
+    """Keys that an output has."""
+    if isinstance(value, dict):
+        return set(value).union(*map(present, value.values()))
+    return set().union(*map(present, value)) if isinstance(value, list) else set()
+
+
+def check(name: str, outputs: list[Any]) -> None:
+    schema = published(name)
+    validator = Draft202012Validator(strict(schema))
+    for own in outputs:
+        errors = [f"{error.json_path}: {error.message[:200]}" for error in validator.iter_errors(own)]
+        assert not errors, errors
+    stale = described(schema) - present(outputs)
+    assert not stale, f"no output has {stale}"
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the commands need beside what is shipped: a robot that is wrong, and measurements with a direction."""
+    place = tmp_path_factory.mktemp("schemas")
+    robot = (ROOT / "robots/r1.toml").read_text()
+    wrong = robot.replace("length_mm = 150.0", "length = 150.0")
+    assert wrong != robot
+    (place / "wrong.toml").write_text(wrong)
+    rows = ["robot,pull2_mm,x_mm,y_mm,z_mm,direction_x,direction_y,direction_z"]
+    for pull in (2, 4, 6):
+        found = output("solve", "robots/r1.toml", "--pull", f"{pull}mm")
+        tip = [v * 1e3 + 0.1 * (-1) ** pull for v in found["tip_position_m"]]
+        rows.append(",".join(map(str, ["R1", pull, *tip, *(row[0] for row in found["tip_rotation"])])))
+    (place / "directions.csv").write_text("\n".join(rows) + "\n")
+    return place
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_outputs_are_as_their_schema_says(name: str, folder: Path) -> None:
+    check(name, [output(name, *line.format(folder=folder).split()) for line in COMMANDS[name]])
+
+
+def test_the_numbers_of_the_report_are_as_their_schema_says(tmp_path: Path) -> None:
+    done = cppr("paper", "--only", "differences", "--output", str(tmp_path / "report"))
+    assert done.returncode == 0, done.stderr
+    check("paper", [json.loads((tmp_path / "report/numbers.json").read_text())])
+
+
+def test_what_is_wrong_is_found() -> None:
+    validator = Draft202012Validator(strict(published("check")))
+    sound = output("check", "robots/r3.toml")
+    assert validator.is_valid(sound)
+    for place, key, value in [
+        ([], "schema", "cppr/other"),
+        ([], "schema_version", 2),
+        (["files", 0, "robot"], "length_m", "150 mm"),
+        (["files", 0, "robot"], "new", 1),
+        (["files", 0], "problems", None),
+    ]:
+        wrong = copy.deepcopy(sound)
+        inner = wrong
+        for step in place:
+            inner = inner[step]
+        inner[key] = value
+        assert not validator.is_valid(wrong), (place, key)
+
+
+def test_every_output_has_a_schema() -> None:
+    """A sub-command with --json has a schema, and a schema belongs to one."""
+    commands = cppr("--help").stdout.split("Commands:\n")[1].split("\n\n")[0].splitlines()
+    names = {line.split()[0] for line in commands} - {"help"}
+    assert len(names) > 12
+    writes = {name for name in names if "--json <FILE>" in cppr(name, "--help").stdout}
+    # The JSON of the report is one of its files.
+    assert {path.name.split(".")[0] for path in SCHEMAS.iterdir()} == writes | {"paper"}
+    assert set(COMMANDS) == writes
