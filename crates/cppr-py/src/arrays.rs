@@ -5,7 +5,21 @@ use cppr::{Matrix3, Vector3};
 use nalgebra::{DMatrix, Dim, Matrix, RawStorage};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
+use pyo3::intern;
 use pyo3::prelude::*;
+
+/// The value itself, unless it is a masked array with masked values: what a mask hides is no number.
+pub fn unmasked<'a, 'py>(what: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyAny>> {
+    let py = value.py();
+    let masked = value.hasattr(intern!(py, "mask"))?
+        && py.import("numpy.ma")?.call_method1("is_masked", (value,))?.is_truthy()?;
+    if masked {
+        return Err(PyValueError::new_err(format!(
+            "{what} has masked values: leave them out, or put numbers in their places with filled()"
+        )));
+    }
+    Ok(value)
+}
 
 /// A number: Python's or NumPy's, no truth value.
 pub fn number(what: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
@@ -13,13 +27,13 @@ pub fn number(what: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     if value.is_instance_of::<pyo3::types::PyBool>() {
         return Err(wrong());
     }
-    value.extract().map_err(|_| wrong())
+    unmasked(what, value)?.extract().map_err(|_| wrong())
 }
 
 /// Three numbers.
 pub fn vector(what: &str, value: &Bound<'_, PyAny>) -> PyResult<Vector3<f64>> {
     let wrong = || errors::wrong_type(what, "a sequence of three numbers", value);
-    let list: Vec<f64> = value.extract().map_err(|_| wrong())?;
+    let list: Vec<f64> = unmasked(what, value)?.extract().map_err(|_| wrong())?;
     let three: [f64; 3] = list.try_into().map_err(|l: Vec<f64>| {
         PyValueError::new_err(format!("{what} has {} components; give three", l.len()))
     })?;

@@ -16,7 +16,7 @@ use pyo3::types::{PyDict, PyTuple};
 use std::f64::consts::TAU;
 
 /// Turns beyond which an angle is taken for degrees.
-const TURNS: f64 = 2.0;
+const TURNS: f64 = 1.0;
 /// Forces beyond this multiple of Σ EI/L² are taken for another unit.
 const STRONG: f64 = 300.0;
 /// Torques that twist the stiffest tube by more turns than this are taken for another unit.

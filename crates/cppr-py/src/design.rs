@@ -1,6 +1,6 @@
 //! Designs: the dataclasses of `cppr._design` as [`cppr::design`] takes them, and back.
 
-use crate::arrays::number;
+use crate::arrays::{number, unmasked};
 use crate::errors::{self, Listed};
 use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube, Torsion,
@@ -200,7 +200,8 @@ impl<'py> Reader<'py> {
     fn profile(&mut self, what: &str, value: &Bound<'py, PyAny>) -> PyResult<Profile> {
         let list = |name: &str| -> PyResult<Vec<f64>> {
             let own = value.getattr(name)?;
-            own.extract().map_err(|_| errors::wrong_type(&format!("{name} of the {what}"), "numbers", &own))
+            let what = format!("{name} of the {what}");
+            unmasked(&what, &own)?.extract().map_err(|_| errors::wrong_type(&what, "numbers", &own))
         };
         let found = if let Ok(constant) = number(what, value) {
             Profile::table(&[0.0], &[constant])
@@ -227,7 +228,7 @@ impl<'py> Reader<'py> {
                 .collect::<PyResult<Vec<f64>>>()?;
             Profile::table(&x, &sampled)
         } else {
-            let values: Vec<f64> = value.extract().map_err(|_| {
+            let values: Vec<f64> = unmasked(what, value)?.extract().map_err(|_| {
                 errors::wrong_type(
                     what,
                     "a number, a one-dimensional array, a function, Table or PerNotch",

@@ -1,16 +1,16 @@
 //! The classes `Equilibrium` and `Shape`. What costs more than reading a number is computed when it is asked for, once.
 
-use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table};
+use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
 use crate::robot::{Robot, Shared};
 use crate::{analysis, command, errors};
 use cppr::Vector3;
 use cppr::analysis::{Section, Sensitivity, total_bend};
 use cppr::kinematics::TipPose;
-use cppr::solve::{ActuatorState, Status};
+use cppr::solve::{ActuatorState, SavedEquilibrium, Status};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBytes, PyTuple};
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
 
@@ -44,7 +44,8 @@ impl Equilibrium {
 
     /// As the start of another solve of the same robot.
     pub fn start(&self, shared: &Arc<Shared>) -> PyResult<&cppr::solve::Equilibrium> {
-        if Arc::ptr_eq(&self.shared, shared) {
+        // A robot that was stored and read again is the same robot.
+        if Arc::ptr_eq(&self.shared, shared) || self.shared.robot.design() == shared.robot.design() {
             return Ok(&self.found);
         }
         Err(PyValueError::new_err("start is an equilibrium of another robot; give one of this robot"))
@@ -233,7 +234,7 @@ impl Equilibrium {
                         )));
                     }
                 },
-                Err(_) => x.extract().map_err(|_| {
+                Err(_) => unmasked("x", &x)?.extract().map_err(|_| {
                     errors::wrong_type(
                         "x",
                         "a number of sections or a one-dimensional array of abscissae",
@@ -249,6 +250,17 @@ impl Equilibrium {
         }
         let sampled = py.detach(|| self.shared.with(|w| w.shape_at(&self.found, &labels)));
         Shape::new(py, &sampled.sections, self.shared.robot.tube_count())
+    }
+
+    /// Pickled and copied as its robot and its own numbers; nothing is solved again.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let py = slf.py();
+        let own = slf.get();
+        let state = postcard::to_stdvec(&SavedEquilibrium::from(&own.found))
+            .map_err(|e| PyValueError::new_err(format!("the equilibrium cannot be stored: {e}")))?;
+        let arguments = (own.robot(), PyBytes::new(py, &state), env!("CARGO_PKG_VERSION"));
+        let restore = py.import("cppr._cppr")?.getattr("_equilibrium")?;
+        Ok((restore, arguments.into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {
@@ -330,8 +342,86 @@ impl Shape {
     }
 }
 
+/// An equilibrium from what [`Equilibrium::__reduce__`] stored.
+#[pyfunction]
+pub fn _equilibrium(robot: PyRef<'_, Robot>, state: &[u8], version: &str) -> PyResult<Equilibrium> {
+    let fail = |what: &str| {
+        let own = env!("CARGO_PKG_VERSION");
+        PyValueError::new_err(format!(
+            "the stored equilibrium cannot be read ({what}): it is of cppr {version}, this is cppr {own}"
+        ))
+    };
+    if version != env!("CARGO_PKG_VERSION") {
+        return Err(fail("another version"));
+    }
+    let saved: SavedEquilibrium = postcard::from_bytes(state).map_err(|e| fail(&e.to_string()))?;
+    let found = saved.restore(&robot.shared.robot).ok_or_else(|| fail("another robot"))?;
+    Ok(Equilibrium::new(Arc::clone(&robot.shared), found))
+}
+
+/// A shape from its arrays.
+#[pyfunction]
+pub fn _shape(
+    x: Py<PyArray1<f64>>,
+    centre: Py<PyArray2<f64>>,
+    rotation: Py<PyArray3<f64>>,
+    curvature: Py<PyArray2<f64>>,
+    angles: Py<PyArray2<f64>>,
+    energy_density: Py<PyArray1<f64>>,
+    abscissa: Py<PyArray2<f64>>,
+    centroid: Py<PyArray3<f64>>,
+    tube_rotation: Py<PyArray4<f64>>,
+    rate: Py<PyArray2<f64>>,
+    strain: Py<PyArray3<f64>>,
+    stretch: Py<PyArray2<f64>>,
+    moment: Py<PyArray3<f64>>,
+    force: Py<PyArray3<f64>>,
+) -> Shape {
+    Shape {
+        x,
+        centre,
+        rotation,
+        curvature,
+        angles,
+        energy_density,
+        abscissa,
+        centroid,
+        tube_rotation,
+        rate,
+        strain,
+        stretch,
+        moment,
+        force,
+    }
+}
+
+/// The arrays of a shape, in the order in which [`_shape`] takes them.
+const ARRAYS: [&str; 14] = [
+    "x",
+    "centre",
+    "rotation",
+    "curvature",
+    "angles",
+    "energy_density",
+    "abscissa",
+    "centroid",
+    "tube_rotation",
+    "rate",
+    "strain",
+    "stretch",
+    "moment",
+    "force",
+];
+
 #[pymethods]
 impl Shape {
+    /// Pickled and copied as its arrays.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let py = slf.py();
+        let arrays = ARRAYS.iter().map(|name| slf.getattr(*name)).collect::<PyResult<Vec<_>>>()?;
+        Ok((py.import("cppr._cppr")?.getattr("_shape")?, PyTuple::new(py, arrays)?))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape: (usize, usize) = self.abscissa.bind(py).getattr("shape")?.extract()?;
         Ok(format!("Shape({} sections, {} tubes)", shape.0, shape.1))

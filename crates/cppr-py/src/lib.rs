@@ -30,6 +30,8 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<robot::Robot>()?;
     m.add_class::<equilibrium::Equilibrium>()?;
     m.add_class::<equilibrium::Shape>()?;
+    m.add_function(wrap_pyfunction!(equilibrium::_equilibrium, m)?)?;
+    m.add_function(wrap_pyfunction!(equilibrium::_shape, m)?)?;
     m.add_function(wrap_pyfunction!(design::section, m)?)?;
     m.add_function(wrap_pyfunction!(calibrate::calibrate, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::limits, m)?)?;

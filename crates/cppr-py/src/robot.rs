@@ -1,6 +1,6 @@
 //! The class `Robot`.
 
-use crate::arrays::line;
+use crate::arrays::{line, unmasked};
 use crate::command::Asked;
 use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
@@ -136,8 +136,9 @@ impl Robot {
             let text = format!("there is no tube {tube}; this robot has tubes 1 to {}", robot.tube_count());
             return Err(errors::command(py, text));
         };
-        let x: Vec<f64> =
-            x.extract().map_err(|_| errors::wrong_type("x", "a one-dimensional array of numbers", x))?;
+        let x: Vec<f64> = unmasked("x", x)?
+            .extract()
+            .map_err(|_| errors::wrong_type("x", "a one-dimensional array of numbers", x))?;
         if let Some(bad) = x.iter().find(|x| x.is_nan() || **x > robot.length()) {
             let text = format!("x is {bad} m; abscissae end at the tip, {} m", robot.length());
             return Err(PyValueError::new_err(text));

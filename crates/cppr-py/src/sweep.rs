@@ -1,7 +1,7 @@
 //! Sweeps into a file: `cppr_sweep` on a robot file.
 
 use crate::arrays::vector;
-use crate::command::{Asked, Drives};
+use crate::command::{Asked, Drives, suspicious};
 use crate::design::pick;
 use crate::errors;
 use crate::robot::Robot;
@@ -90,6 +90,13 @@ pub fn sweep<'py>(
         }),
     };
     let plan = samples.map_or(Plan::Grid, |count| Plan::Samples { count, seed });
+    for (what, _, _, distribution, a, b, _) in &axes {
+        let largest = if distribution == "normal" { a.abs() } else { a.abs().max(b.abs()) };
+        let quantity = Quantity::named(what);
+        if let Some(text) = quantity.and_then(|quantity| suspicious(quantity, &robot, largest)) {
+            errors::unit_warning(py, &text)?;
+        }
+    }
     let axes = axes.into_iter().map(axis).collect();
     let task = Task { robot, robot_text, base, settings, axes, plan, margin, limits };
     let total = usize::try_from(task.rows()).unwrap_or(usize::MAX);

@@ -71,6 +71,7 @@ def test_commands_that_cannot_be(r3: cppr.Robot, call: Call, kind: type[Exceptio
     ("call", "sentence"),
     [
         (lambda r: r.solve(rotate=90), "90 degrees is 1.5708"),
+        (lambda r: r.solve(rotate=10), "90 degrees is 1.5708"),
         (lambda r: r.solve_many(rotate=[0, 90]), "90 degrees is 1.5708"),
         (lambda r: r.solve(torque=20), "20 N mm is 0.020"),
         (lambda r: r.solve(tension=3000), "forces are in newtons"),

@@ -19,6 +19,8 @@ from ._show import View
 _Floats: TypeAlias = NDArray[np.float64]
 
 __all__ = [
+    "_equilibrium",
+    "_shape",
     "__version__",
     "Robot",
     "Equilibrium",
@@ -150,7 +152,12 @@ class Robot:
 
 @final
 class Equilibrium:
-    """The state of a robot under a command. F stands for the number of followers, m = 2 F for that of inputs."""
+    """The state of a robot under a command. F stands for the number of followers, m = 2 F for that of inputs.
+
+    Pickled and copied with its robot, number by number; nothing is solved again.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
     @property
     def robot(self) -> Robot:
@@ -363,6 +370,7 @@ class Shape:
     and forces are those that the part towards the tip exerts.
     """
 
+    def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def x(self) -> _Floats:
         """Rest abscissa of the leader (m); shape (n,)."""
@@ -419,6 +427,23 @@ class Shape:
     def force(self) -> _Floats:
         """Axial force, tension positive, and shear forces (N); shape (n, N, 3)."""
 
+def _equilibrium(robot: Robot, state: bytes, version: str) -> Equilibrium: ...
+def _shape(
+    x: _Floats,
+    centre: _Floats,
+    rotation: _Floats,
+    curvature: _Floats,
+    angles: _Floats,
+    energy_density: _Floats,
+    abscissa: _Floats,
+    centroid: _Floats,
+    tube_rotation: _Floats,
+    rate: _Floats,
+    strain: _Floats,
+    stretch: _Floats,
+    moment: _Floats,
+    force: _Floats,
+) -> Shape: ...
 def section(
     outer_radius: float, inner_radius: float, depth: float, shape: str = "round"
 ) -> tuple[float, float, float, float, float, float]: ...

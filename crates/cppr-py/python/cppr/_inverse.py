@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _cppr
 from ._analysis import PerTubeNumber
 from ._loads import VectorLike
+from ._many import numbers
 
 Floats = NDArray[np.float64]
 
@@ -116,10 +117,10 @@ def match_shape(
     `x` are the rest abscissae of the points (m), shape (n,), where they are known; otherwise the nearest place counts.
     `deviation` is the standard deviation of each coordinate (m).
     """
-    places = np.asarray(points, dtype=np.float64)
+    places = numbers("points", points)
     if places.ndim != 2 or places.shape[1] != 3:
         raise ValueError(f"points has shape {places.shape}; it must be (n, 3)")
-    labels = np.full(len(places), np.nan) if x is None else np.asarray(x, dtype=np.float64)
+    labels = np.full(len(places), np.nan) if x is None else numbers("x", x)
     if labels.shape != (len(places),):
         raise ValueError(f"x has shape {labels.shape} for {len(places)} points; it must be ({len(places)},)")
     found = _cppr.match_shape(self, np.column_stack([places, labels]).tolist(), deviation)

@@ -94,7 +94,7 @@ class Poses:
             if given is None:
                 continue
             for tube, values in (given if isinstance(given, Mapping) else {2: given}).items():
-                columns.append((means, tube, _numbers(f"{name} of tube {tube}", values)))
+                columns.append((means, tube, numbers(f"{name} of tube {tube}", values)))
         vectors = [
             None if v is None else _vectors(name, v)
             for name, v in (("tip_force", tip_force), ("tip_moment", tip_moment))
@@ -132,7 +132,12 @@ class Poses:
         return columns, vectors
 
 
-def _numbers(name: str, values: ArrayLike) -> Floats:
+def numbers(name: str, values: ArrayLike) -> Floats:
+    """An array of numbers; what a mask hides is none."""
+    if np.ma.is_masked(values):
+        raise ValueError(
+            f"{name} has masked values: leave them out, or put numbers in their places with filled()"
+        )
     array = np.asarray(values)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be an array of numbers, not of {array.dtype}")
@@ -140,7 +145,7 @@ def _numbers(name: str, values: ArrayLike) -> Floats:
 
 
 def _vectors(name: str, values: ArrayLike) -> Floats:
-    array = _numbers(name, values)
+    array = numbers(name, values)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{name} has shape {array.shape}; its last axis must hold 3 components")
     return array

@@ -36,6 +36,7 @@ pub(crate) mod field {
 
 /// How finely the fields are resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Resolution {
     /// Modes of ΔK_X; 0 leaves the leader untwisted.
     pub twist: usize,
@@ -167,6 +168,7 @@ pub(crate) struct Layout {
 
 /// An end of an element: at a fixed label, or near an estimated one where an edge is.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Cut {
     at: f64,
     /// Tube index of the follower whose edge it is.
@@ -266,6 +268,12 @@ impl Layouts {
 }
 
 impl Layout {
+    /// What it was cut at: enough to make it again.
+    #[cfg(feature = "serde")]
+    pub fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
     fn new(tubes: usize, length: f64, resolution: Resolution, cuts: &[Cut]) -> Self {
         let stretch = resolution.stretch > 0;
         let rules = [Rule::new(resolution.nodes), Rule::new(resolution.short().nodes)];

@@ -8,6 +8,7 @@ use std::fmt;
 
 /// One degree of freedom of an actuator: either its motion or its effort is prescribed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Drive {
     /// Prescribed motion: Δa (m), pull positive, or Ω (rad), right-handed about +X.
     Motion(f64),
@@ -51,6 +52,7 @@ impl Drive {
 
 /// The actuator of one follower, below the baseplate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Actuator {
     /// Translation: Δa_k or T_k.
     pub push_pull: Drive,
@@ -93,6 +95,7 @@ impl Actuator {
 
 /// The actuators of all followers and the loads.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Command {
     /// One per follower, tube 2 first.
     pub actuators: Vec<Actuator>,

@@ -11,6 +11,8 @@ pub(crate) mod input;
 pub(crate) mod newton;
 pub(crate) mod path;
 pub(crate) mod reduced;
+#[cfg(feature = "serde")]
+mod saved;
 mod settings;
 mod solver;
 pub(crate) mod stability;
@@ -23,6 +25,8 @@ pub use draft::Draft;
 pub use equilibrium::{ActuatorState, Equilibrium};
 pub use forces::GeneralisedForces;
 pub use input::{Freedom, Input, Quantity};
+#[cfg(feature = "serde")]
+pub use saved::SavedEquilibrium;
 pub use settings::{Formulation, Settings, SettingsProblem};
 pub use solver::Solver;
 
@@ -30,6 +34,7 @@ use std::fmt;
 
 /// What came out of a solve. Look at it before using anything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Status {
     /// An equilibrium, and a minimum of the energy under the prescribed motions.
     Converged,
@@ -42,6 +47,7 @@ pub enum Status {
 
 /// Why no equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reason {
     /// Load stepping from rest came to an end before the whole command: at a fold, at the end of what the robot can do, or because
     /// the solver failed. Continuation tells which.
@@ -86,6 +92,7 @@ impl Status {
 
 /// What one solve cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Statistics {
     /// Newton steps taken.
     pub iterations: usize,

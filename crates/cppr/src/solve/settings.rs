@@ -6,6 +6,7 @@ use std::fmt;
 
 /// Which conditions are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Formulation {
     /// Stationary total energy: right for every robot.
     #[default]
@@ -16,6 +17,7 @@ pub enum Formulation {
 
 /// How to solve. A [`Solver`](super::Solver) checks its settings when it is built and when they are changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Conditions of equilibrium. Default: consistent.
     pub formulation: Formulation,

@@ -46,6 +46,7 @@ impl<'a> System<'a> {
 
 /// A point: coordinates and efforts.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Point<S = f64> {
     pub coordinates: Vec<S>,
     pub efforts: Efforts<S>,

@@ -27,6 +27,7 @@ use std::f64::consts::PI;
 
 /// What the conjugate of the actuation torque is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RotationMeans {
     /// The rotation Ω_k of the follower's base, as a motor turns it.
     #[default]
@@ -37,6 +38,7 @@ pub enum RotationMeans {
 
 /// Actuation efforts and multipliers.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Efforts<S = f64> {
     /// T_k of every follower (N).
     pub tension: Vec<S>,

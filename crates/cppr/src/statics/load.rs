@@ -13,6 +13,7 @@ use std::fmt;
 
 /// Where a load acts along the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Station {
     /// On the tip body.
     Tip,
@@ -22,6 +23,7 @@ pub enum Station {
 
 /// In which frame the components of a wrench stay constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Frame {
     /// The baseplate's: a dead load.
     World,
@@ -31,6 +33,7 @@ pub enum Frame {
 
 /// A concentrated force and moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
     /// Force (N).
     pub force: Vector3<f64>,
@@ -66,6 +69,7 @@ impl Wrench {
 
 /// A dead force per unit of the leader's length (N/m), on the centreline between two labels.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DistributedForce {
     /// Force per length in the baseplate's frame (N/m).
     pub force: Vector3<f64>,
@@ -77,6 +81,7 @@ pub struct DistributedForce {
 
 /// A thread from the tip over a pulley whose axle is parallel to Z to a hanging weight (eq 96–98).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Thread {
     /// Tension in the thread (N).
     pub tension: f64,
@@ -93,6 +98,7 @@ pub struct Thread {
 
 /// All external loads.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loads {
     /// Concentrated wrenches.
     pub wrenches: Vec<Wrench>,
