@@ -16,8 +16,8 @@ if ! cmp -s crates/cppr-py/requirements.txt "$marker"; then
 fi
 PATH="$PWD/$venv/bin:$PATH"
 export PATH
-# What a newcomer does, but with the build tools of the environment.
-pip install --quiet --disable-pip-version-check --no-build-isolation --force-reinstall --no-deps .
+# What a newcomer does, but with the build tools of the environment, and built of what the tests of the workspace have built.
+MATURIN_PEP517_ARGS="--features as-tested" pip install --quiet --disable-pip-version-check --no-build-isolation --force-reinstall --no-deps .
 
 python -m pytest --quiet --durations=8 "$@"
 python -m mypy --no-error-summary crates/cppr-py/python/cppr

@@ -6,7 +6,7 @@ pub mod profile;
 pub mod robot;
 pub mod section;
 pub(crate) mod spline;
-pub mod torsion;
+pub(crate) mod torsion;
 pub mod tube;
 
 pub use fields::FieldValues;
