@@ -47,7 +47,7 @@ impl Unstable {
                 three(stable.tip * 1e3, 3),
                 three(stable.direction, 5)
             ),
-            None => "no branch that leaves the path from rest to here ends in a stable shape".into(),
+            None => "no stable shape was found on the branches that leave the path from rest".into(),
         };
         [
             "this equilibrium is unstable; a real robot is in another shape".into(),

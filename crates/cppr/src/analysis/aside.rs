@@ -10,7 +10,8 @@ use crate::solve::{Equilibrium, Solver, Status};
 
 impl Solver {
     /// The stable equilibrium under the same command whose tip is nearest, on the path from rest or on a branch that leaves it; `None`
-    /// where the given one is not unstable, and where no such branch arrives. Takes some hundred times as long as a solve.
+    /// where the given one is not unstable, and where no such branch arrives. Takes as long as tracing
+    /// these branches: 0.3 to 2.2 s for the shipped robots pressed on the tip.
     #[must_use]
     pub fn stable_aside(&mut self, unstable: &Equilibrium) -> Option<Equilibrium> {
         if unstable.status() != Status::Unstable {
