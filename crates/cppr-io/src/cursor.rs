@@ -206,6 +206,43 @@ impl<'a, 'i> Entry<'a, 'i> {
     }
 }
 
+impl<'a, 'i> Entry<'a, 'i> {
+    /// The tables of a list such as `[[joint]]`; `name` gives what messages put before the keys of number `n` (from 1).
+    pub fn tables(
+        &self,
+        header: &str,
+        name: impl Fn(usize) -> String,
+        known: &[&'static str],
+        out: &mut Collector,
+    ) -> Vec<Cursor<'a, 'i>> {
+        let help = format!("Write {header} tables.");
+        match self.value {
+            DeValue::Table(table) => {
+                let message = "the header stands in single brackets";
+                out.wrong(self.key_span.clone(), self.key.clone(), message, format!("Write {header}."));
+                vec![Cursor::new(table, self.key_span.clone(), name(1), known, out)]
+            }
+            DeValue::Array(items) => {
+                let mut cursors = Vec::new();
+                for (index, item) in items.iter().enumerate() {
+                    if let DeValue::Table(table) = item.get_ref() {
+                        cursors.push(Cursor::new(table, item.span(), name(index + 1), known, out));
+                    } else {
+                        let message =
+                            format!("this must be a {header} table, and it is {}", kind(item.get_ref()));
+                        out.wrong(item.span(), self.key.clone(), message, help.clone());
+                    }
+                }
+                cursors
+            }
+            other => {
+                self.wrong(format!("this must be {header} tables, and it is {}", kind(other)), help, out);
+                Vec::new()
+            }
+        }
+    }
+}
+
 fn is_list_of_tables(value: &DeValue<'_>) -> bool {
     value.as_array().is_some_and(|items| items.iter().any(|item| item.get_ref().is_table()))
 }

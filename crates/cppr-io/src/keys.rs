@@ -3,7 +3,7 @@
 use crate::quantity::print;
 
 /// Units that people write in keys: suffix, the suffix of this format, factor from one to the other.
-const FOREIGN: [(&str, &str, f64); 21] = [
+const FOREIGN: [(&str, &str, f64); 25] = [
     ("_um", "_mm", 1e-3),
     ("_cm", "_mm", 10.0),
     ("_dm", "_mm", 100.0),
@@ -25,9 +25,14 @@ const FOREIGN: [(&str, &str, f64); 21] = [
     ("_kg_m", "_g_m", 1000.0),
     ("_g_mm", "_g_m", 1000.0),
     ("_mg_mm", "_g_m", 1.0),
+    ("_1_mm", "_1_m", 1000.0),
+    ("_per_m", "_1_m", 1.0),
+    ("_N_m", "_N_mm", 1e-3),
+    ("_Nm_rad", "_Nmm_deg", 1000.0 * std::f64::consts::PI / 180.0),
 ];
 /// Suffixes of this format, the longer ones before those that they end with.
-const OWN: [&str; 8] = ["_kg_m3", "_percent", "_g_m", "_Nmm2", "_GPa", "_mm", "_deg", "_N"];
+const OWN: [&str; 11] =
+    ["_Nmm_deg", "_N_mm", "_1_m", "_kg_m3", "_percent", "_g_m", "_Nmm2", "_GPa", "_mm", "_deg", "_N"];
 
 /// Other names for what keys of this format say, without units, and what to do where another name for the key is not all.
 /// A name that ends in `*` stands for all that begin so.

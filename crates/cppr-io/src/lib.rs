@@ -2,7 +2,7 @@
 //!
 //! A robot file is TOML with the unit in every key; [`robot_file::parse`] turns it into a
 //! [`cppr::design::RobotDesign`] or into [`Problems`]: everything that is wrong with it at once, each
-//! with its line and with what to write instead. A result is written as JSON ([`result`], everything) or CSV
+//! with its line and with what to write instead. Robots of parts, joints and curved tubes are read by [`bundle_file`]. A result is written as JSON ([`result`], everything) or CSV
 //! ([`result_csv`], the fields along the robot).
 //!
 //! ```
@@ -20,6 +20,7 @@
 //! # }
 //! ```
 
+pub mod bundle_file;
 pub mod continuation;
 pub mod csv_table;
 mod cursor;
@@ -40,6 +41,7 @@ mod stiffness;
 mod syntax;
 mod tube_file;
 
+pub use bundle_file::read_bundle;
 pub use problems::{Excerpt, Problem, Problems};
 pub use robot_file::{NotchPattern, RobotFile, TubeFile, read_robot};
 pub use scenario::Scenario;

@@ -79,7 +79,8 @@ pub(crate) fn read(
     Some(Written { spread, numbers, key: entry.key.clone(), span: entry.span.clone() })
 }
 
-fn numbers(
+/// The numbers of a list.
+pub(crate) fn numbers(
     entry: &Entry<'_, '_>,
     items: &DeArray<'_>,
     quantity: &Quantity,

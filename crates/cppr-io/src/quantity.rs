@@ -30,6 +30,9 @@ pub(crate) const G_M: Unit = Unit { suffix: "_g_m", print: " g/m", scale: (1.0, 
 /// Degrees stay degrees until a direction has been brought into one turn.
 pub(crate) const DEG: Unit = Unit { suffix: "_deg", print: "°", scale: (1.0, 1.0) };
 pub(crate) const PERCENT: Unit = Unit { suffix: "_percent", print: " %", scale: (1.0, 1e2) };
+const N_MM: Unit = Unit { suffix: "_N_mm", print: " N/mm", scale: (1e3, 1.0) };
+const NMM_DEG: Unit = Unit { suffix: "_Nmm_deg", print: " N mm/°", scale: (0.18, std::f64::consts::PI) };
+const PER_M: Unit = Unit { suffix: "_1_m", print: " 1/m", scale: (1.0, 1.0) };
 const NONE: Unit = Unit { suffix: "", print: "", scale: (1.0, 1.0) };
 
 /// What signs a quantity may have.
@@ -140,6 +143,35 @@ quantity!(
     "It corrects a computed centroid offset and stays near 1.",
     "1.0"
 );
+quantity!(PART, "the length of a part", MM, Sign::NotNegative, 1e-3..1e4, LENGTH_SLIP, "30.0");
+quantity!(
+    CURVATURE,
+    "a curvature",
+    PER_M,
+    Sign::Any,
+    1e-6..1e4,
+    "Is it in another unit? A radius of 100 mm is a curvature of 10 1/m.",
+    "10.0"
+);
+quantity!(
+    AXIAL_SPRING,
+    "the axial stiffness of a shaft",
+    N_MM,
+    POSITIVE,
+    1e-6..1e9,
+    "Is it in another unit? 1 N/m is 0.001 N/mm.",
+    "250.0"
+);
+quantity!(
+    TORSION_SPRING,
+    "the torsional stiffness of a shaft",
+    NMM_DEG,
+    POSITIVE,
+    1e-9..1e9,
+    "Is it in another unit? 1 N m/rad is 17.453 N mm/°.",
+    "5.0"
+);
+quantity!(NUMBER, "the number of a tube", NONE, POSITIVE, 1.0..1e6, "The outermost tube has number 1.", "1");
 
 impl Quantity {
     /// What is wrong with a value in the unit of the quantity, and what to do about it.

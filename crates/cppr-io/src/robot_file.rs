@@ -22,12 +22,13 @@
 //! Where a shear modulus is given, [`cppr::design::Material::poissons_ratio`] is the number that yields it,
 //! E / (2 G) − 1, which may lie outside what an isotropic material can have.
 
+use crate::bundle_file::is_bundle;
 use crate::cursor::{Cursor, kind};
 use crate::material::Common;
 use crate::problems::{Collector, Problem, Problems};
 use crate::quantity::{FACTOR, LENGTH};
 use crate::syntax::report_syntax;
-use crate::tube_file::{KEYS as TUBE_KEYS, Robot, Tube, check_nesting, read_tube};
+use crate::tube_file::{KEYS as TUBE_KEYS, Robot, check_nesting, read_tube};
 pub use cppr::design::NotchPattern;
 use cppr::design::RobotDesign;
 use std::io::Read;
@@ -75,7 +76,14 @@ pub struct TubeFile {
 /// All problems of the file, under its path: that it cannot be read, is too large, is not UTF-8, is not
 /// TOML, or does not describe a robot.
 pub fn read(path: impl AsRef<Path>) -> Result<RobotFile, Problems> {
-    let path = path.as_ref();
+    read_as(path.as_ref(), parse_bytes)
+}
+
+/// Reads a file and parses it; problems come under its path.
+pub(crate) fn read_as<T>(
+    path: &Path,
+    parse: impl FnOnce(&[u8]) -> Result<T, Problems>,
+) -> Result<T, Problems> {
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         // One byte more than allowed is enough to know that there are too many.
@@ -83,7 +91,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<RobotFile, Problems> {
         Ok(bytes)
     };
     let parsed = match open() {
-        Ok(bytes) => parse_bytes(&bytes),
+        Ok(bytes) => parse(&bytes),
         Err(error) => {
             Err(Problems::of_file(format!("the file cannot be read ({error})"), "Check its name and folder."))
         }
@@ -109,8 +117,13 @@ pub fn read_robot(path: impl AsRef<Path>) -> Result<cppr::design::Robot, Problem
 /// # Errors
 /// All problems of the file.
 pub fn parse_bytes(bytes: &[u8]) -> Result<RobotFile, Problems> {
+    parse(text_of(bytes)?)
+}
+
+/// The text of a file's bytes.
+pub(crate) fn text_of(bytes: &[u8]) -> Result<&str, Problems> {
     match std::str::from_utf8(bytes) {
-        Ok(text) => parse(text),
+        Ok(text) => Ok(text),
         Err(_) if bytes.len() > LARGEST => Err(too_large()),
         Err(error) => {
             let sound = bytes.get(..error.valid_up_to()).unwrap_or_default();
@@ -130,6 +143,25 @@ fn too_large() -> Problems {
 /// # Errors
 /// All problems of the text.
 pub fn parse(text: &str) -> Result<RobotFile, Problems> {
+    parse_as(text, |table, out| {
+        if is_bundle(table) {
+            Err(Problems::of_file(
+                "the file has joints, parts, shafts, or tubes with a length or a rest curvature of their own, \
+                 which this command does not take yet",
+                "`cppr solve`, `check`, `sweep` and `derivatives` take it, with options and without a scenario; in Python cppr.Bundle does.",
+            ))
+        } else {
+            Ok(robot_of(table, out))
+        }
+    })
+}
+
+/// Parses TOML and reads it with `of`, whose problems go into the collector; `None` only after a problem. A file that is of another
+/// kind altogether has that as its only problem.
+pub(crate) fn parse_as<T>(
+    text: &str,
+    of: impl FnOnce(&DeTable<'_>, &mut Collector) -> Result<Option<T>, Problems>,
+) -> Result<T, Problems> {
     if text.len() > LARGEST {
         return Err(too_large());
     }
@@ -139,8 +171,7 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
     let mut out = Collector::new(text);
     let (document, errors) = DeTable::parse_recoverable(text);
     report_syntax(text, &errors, &mut out);
-    let file = robot_of(document.get_ref(), &mut out);
-    match file {
+    match of(document.get_ref(), &mut out)? {
         Some(file) if out.is_empty() => Ok(file),
         _ if out.is_empty() => Err(Problems::of_file("the file does not describe a robot", EXAMPLE)),
         _ => Err(out.finish()),
@@ -152,13 +183,10 @@ fn robot_of(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
     let name = read_name(&root, out);
     let length = root.number("length_mm", &LENGTH, out);
     let material = Common::read(&root, out);
-    let calibration = root.child("calibration", &["centroid_offset_factor"], out);
-    let factor = match calibration.map(|c| c.field("centroid_offset_factor", &FACTOR, out)) {
-        Some(field) if field.present => field.value,
-        _ => Some(1.0),
-    };
+    let factor = read_factor(&root, out);
     let mut robot = Robot { length, material, factor };
-    let tubes = read_tubes(&root, &mut robot, out);
+    let tubes =
+        read_tubes(&root, &TUBE_KEYS, out, |cursor, number, out| read_tube(cursor, number, &mut robot, out));
     check_nesting(&tubes, out);
     let files = tubes.iter().map(|tube| tube.file.clone()).collect();
     let designs = tubes.into_iter().map(|tube| tube.design).collect::<Option<Vec<_>>>()?;
@@ -170,7 +198,16 @@ fn robot_of(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
     })
 }
 
-fn read_name(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<String> {
+/// The factor under `[calibration]`.
+pub(crate) fn read_factor(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<f64> {
+    let calibration = root.child("calibration", &["centroid_offset_factor"], out);
+    match calibration.map(|c| c.field("centroid_offset_factor", &FACTOR, out)) {
+        Some(field) if field.present => field.value,
+        _ => Some(1.0),
+    }
+}
+
+pub(crate) fn read_name(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<String> {
     let help = "Write name = \"R1\".";
     let entry = root.require("name", help, out)?;
     let name = entry.text(help, out)?;
@@ -187,7 +224,13 @@ fn read_name(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<String> {
     None
 }
 
-fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> Vec<Tube> {
+/// Reads every `[[tube]]` with `read`, which gets its number (from 1); `keys` are those of a tube.
+pub(crate) fn read_tubes<T: Default>(
+    root: &Cursor<'_, '_>,
+    keys: &[&'static str],
+    out: &mut Collector,
+    mut read: impl FnMut(&Cursor<'_, '_>, usize, &mut Collector) -> T,
+) -> Vec<T> {
     let help = "Write a [[tube]] for the leader and one for each follower.";
     let Some(entry) = root.require("tube", help, out) else {
         return Vec::new();
@@ -201,8 +244,8 @@ fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> 
                 "the header stands in single brackets",
                 "Write [[tube]].",
             );
-            let cursor = Cursor::new(table, entry.key_span, "tube 1, ".to_owned(), &TUBE_KEYS, out);
-            return vec![read_tube(&cursor, 1, robot, out)];
+            let cursor = Cursor::new(table, entry.key_span, "tube 1, ".to_owned(), keys, out);
+            return vec![read(&cursor, 1, out)];
         }
         _ => {
             entry.wrong(format!("this must be [[tube]] tables, and it is {}", kind(entry.value)), help, out);
@@ -218,12 +261,12 @@ fn read_tubes(root: &Cursor<'_, '_>, robot: &mut Robot, out: &mut Collector) -> 
     for (index, item) in items.iter().enumerate() {
         let number = index + 1;
         let tube = if let DeValue::Table(table) = item.get_ref() {
-            let cursor = Cursor::new(table, item.span(), format!("tube {number}, "), &TUBE_KEYS, out);
-            read_tube(&cursor, number, robot, out)
+            let cursor = Cursor::new(table, item.span(), format!("tube {number}, "), keys, out);
+            read(&cursor, number, out)
         } else {
             let message = format!("this must be a [[tube]] table, and it is {}", kind(item.get_ref()));
             out.wrong(item.span(), format!("tube {number}"), message, help);
-            Tube::default()
+            T::default()
         };
         tubes.push(tube);
     }

@@ -7,7 +7,7 @@ use crate::problems::Collector;
 use crate::quantity::{BORE, BORE_DIAMETER, DIAMETER, FACTOR, LEAST_WALL, Quantity, RADIUS, print, print_mm};
 use crate::robot_file::TubeFile;
 use crate::stiffness::read_stiffness;
-use cppr::design::{BelowPlate, NotchedTube, Outline, Profile, Torsion, TubeDesign};
+use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, Torsion, TubeDesign};
 use std::ops::Range;
 
 pub(crate) const KEYS: [&str; 9] = [
@@ -163,24 +163,28 @@ fn read_geometry(
     }
     file.notches = notches.as_ref().and_then(|notches| notches.pattern);
     let design = notches.zip(outline.clone()).zip(material).zip(factor);
-    let design = design.map(|(((notches, (outline, _)), material), centroid_offset_factor)| {
-        TubeDesign::Notched(NotchedTube {
-            outline,
-            depth: notches.depth,
-            direction: notches.direction,
-            pattern: notches.pattern,
-            material,
-            torsion: notches.torsion,
-            below: notches.below,
-            centroid_offset_factor,
-        })
-    });
+    let design = design
+        .map(|(((notches, (outline, _)), material), factor)| notched(notches, outline, material, factor));
     Tube { design, file, outline }
+}
+
+/// The design of a tube, or of one part of it.
+pub(crate) fn notched(notches: Notches, outline: Outline, material: Material, factor: f64) -> TubeDesign {
+    TubeDesign::Notched(NotchedTube {
+        outline,
+        depth: notches.depth,
+        direction: notches.direction,
+        pattern: notches.pattern,
+        material,
+        torsion: notches.torsion,
+        below: notches.below,
+        centroid_offset_factor: factor,
+    })
 }
 
 /// A tube without notches. Its centroid lies on the axis; a follower's axes are turned as if it were
 /// opposed to the leader, so that nothing is twisted at rest.
-fn uncut(number: usize) -> Notches {
+pub(crate) fn uncut(number: usize) -> Notches {
     let direction = if number == 1 { 0.0 } else { std::f64::consts::PI };
     Notches {
         depth: Profile::constant(0.0),
@@ -198,7 +202,7 @@ fn radii(outline: &Outline) -> (f64, f64) {
     }
 }
 
-fn read_outline(
+pub(crate) fn read_outline(
     cursor: &Cursor<'_, '_>,
     length: Option<f64>,
     out: &mut Collector,

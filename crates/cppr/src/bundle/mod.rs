@@ -21,10 +21,12 @@ mod tableau;
 mod vector;
 mod walk;
 
+use crate::solve::Drive;
 pub use build::{BundleDesign, Part, TubeParts};
 use curve::Piece;
 pub use curve::Values;
 pub use shape::{BundleSection, TubeSection};
+use solve::TubeDrive;
 
 /// What lies between the motor of a tube and the plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +83,16 @@ impl Bundle {
     #[must_use]
     pub fn tube_count(&self) -> usize {
         self.tubes.len()
+    }
+
+    /// A tube (index) that these motors pull so far that one of its joints, at the label (m), would lie behind the plate.
+    #[must_use]
+    pub fn joint_behind_plate(&self, drives: &[TubeDrive]) -> Option<(usize, f64)> {
+        let joints = self.stations.iter().filter(|station| station.len() > 1);
+        joints.flatten().copied().find(|&(tube, label)| match drives.get(tube).map(|d| d.translation) {
+            Some(Drive::Motion(pulled)) => pulled >= label,
+            Some(Drive::Effort(_)) | None => false,
+        })
     }
 
     /// A bundle of tubes with joints: for each its tubes (index) and their labels (m). Tips in no joint are free.

@@ -16,6 +16,8 @@ pub struct TubeSection {
     pub label: f64,
     /// Angle of its section axes against the untwisted frame, about the tangent (rad).
     pub angle: f64,
+    /// Distance of its centroid from the centre, along its section axis Y (m).
+    pub centroid_offset: f64,
     /// Tension T that its motor would hold here (N), and torque carried towards the tip (N m).
     pub tension: f64,
     /// Torque carried (N m).
@@ -70,6 +72,7 @@ fn read(section: &Section<f64>) -> BundleSection {
             tube,
             label: own[0],
             angle,
+            centroid_offset: offset,
             tension: own[1],
             torque: own[3],
             strains: [
