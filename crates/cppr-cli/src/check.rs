@@ -1,11 +1,14 @@
 //! `cppr check`: is a robot file right?
 
 use crate::Failure;
-use crate::command::read_robot;
+use crate::command::{build, unsound};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
-use crate::table::{beyond_patterns, millimetres};
-use cppr_io::{Problem, robot_file};
+use crate::steep::steep;
+use crate::table::{beyond_patterns, counted, millimetres};
+use cppr::bundle::Bundle;
+use cppr_io::Problem;
+use cppr_io::bundle_file::{self, Described};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -15,6 +18,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   cppr check robots/r3.toml
   cppr check robots/r1.toml robots/childs3.toml
+  cppr check robots/bundles/two_sections.toml
   cppr check robots/r1.toml --json -
 
 The JSON has an entry for each file, with line and column of every problem.";
@@ -36,18 +40,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.robots.iter().try_for_each(|robot| outputs.spare(robot))?;
     let (mut sound, mut problems, mut files) = (String::new(), Vec::new(), Vec::new());
     for path in &args.robots {
-        match read_robot(path) {
-            Ok((_, robot)) => {
-                let (count, mm) = (robot.tube_count(), millimetres(robot.length()));
-                let tubes = if count == 1 { "1 tube".into() } else { format!("{count} tubes") };
-                let plane = if robot.is_planar() { "planar" } else { "in space" };
-                let _ = writeln!(sound, "{}: {tubes}, {mm} mm long, {plane}: fine", path.display());
-                let warnings = beyond_patterns(&robot);
-                for text in &warnings {
-                    let _ = writeln!(sound, "  but {text}");
+        match describe(path) {
+            Ok((text, found)) => {
+                let _ = writeln!(sound, "{}: {text}", path.display());
+                for warning in found["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+                    let _ = writeln!(sound, "  but {warning}");
                 }
-                let found = json!({ "name": robot.design().name, "length_m": robot.length(), "tubes": count,
-                    "planar": robot.is_planar(), "warnings": warnings });
                 files.push(json!({ "file": path.display().to_string(), "sound": true, "robot": found, "problems": [] }));
             }
             Err(
@@ -71,8 +69,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn listed(path: &Path, said: &str) -> Vec<Value> {
     let place = |at: usize| Some(at).filter(|at| *at > 0);
     let one = |p: &Problem| json!({ "line": place(p.line), "column": place(p.column), "key": p.key, "message": p.message, "help": p.help });
-    match robot_file::read(path) {
+    match bundle_file::read(path) {
         Err(problems) => problems.list.iter().map(one).collect(),
         Ok(_) => vec![json!({ "line": null, "column": null, "key": "", "message": said, "help": "" })],
+    }
+}
+
+/// What a sound file describes, in words and as data.
+fn describe(path: &Path) -> Result<(String, Value), Failure> {
+    match bundle_file::read(path).map_err(|p| Failure::Input(p.to_string()))? {
+        Described::Robot(file) => {
+            let robot = build(&file, path)?;
+            let (count, length) = (robot.tube_count(), robot.length());
+            let plane = if robot.is_planar() { "planar" } else { "in space" };
+            let text = format!("{}, {} mm long, {plane}: fine", counted(count, "tube"), millimetres(length));
+            let warnings: Vec<String> = beyond_patterns(&robot).into_iter().chain(steep(&robot)).collect();
+            let found = json!({ "name": robot.design().name, "length_m": length, "tubes": count,
+                "planar": robot.is_planar(), "warnings": warnings });
+            Ok((text, found))
+        }
+        Described::Bundle(design) => {
+            let bundle = Bundle::new(&design).map_err(|problems| unsound(path, &problems))?;
+            let (tubes, joints, length) = (design.tubes.len(), design.joints.len(), bundle.length());
+            let text = format!(
+                "{}, {}, {} mm long: fine",
+                counted(tubes, "tube"),
+                counted(joints, "joint"),
+                millimetres(length)
+            );
+            let found = json!({ "name": design.name, "length_m": length, "tubes": tubes, "joints": joints, "warnings": [] });
+            Ok((text, found))
+        }
     }
 }

@@ -1,13 +1,15 @@
 //! The options that say what is asked of a robot, and the command they make.
 
 use crate::Failure;
-use crate::quantity::{ForTube, Kind, for_tube, scalar, vector};
+use crate::quantity::{ForTube, Kind, for_any_tube, scalar, vector};
 use cppr::Vector3;
-use cppr::analysis::{Shape, explained};
-use cppr::design::Robot;
-use cppr::kinematics::Resolution;
+use cppr::analysis::explained;
+use cppr::bundle::solve::{BundleCommand, TubeDrive};
+use cppr::bundle::{BundleDesign, TubeParts};
+use cppr::design::{DesignProblems, Robot};
+use cppr::kinematics::{Resolution, TipPose};
 use cppr::solve::{
-    Command, CommandProblem, Draft, Equilibrium, Formulation, Input, Quantity, Settings, Solver,
+    Command, CommandProblem, Draft, Equilibrium, Formulation, Freedom, Input, Quantity, Settings, Solver,
 };
 use cppr::statics::{DistributedForce, Frame, LoadPart, Loads, RotationMeans, Station, Thread, Wrench};
 use cppr_io::RobotFile;
@@ -37,17 +39,17 @@ pub enum FormulationArg {
 /// Actuators and tip load, each of one value.
 #[derive(Clone, Default, clap::Args)]
 pub struct DriveArgs {
-    /// Pull a follower by a length (push: negative). Without K= tube 2; repeat for more tubes
-    #[arg(long, value_name = "[K=]LENGTH", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Length))]
+    /// Pull a tube by a length (push: negative). Without K= tube 2; repeat for more tubes; 1 only where a file has parts or joints
+    #[arg(long, value_name = "[K=]LENGTH", allow_hyphen_values = true, value_parser = |t: &str| for_any_tube(t, Kind::Length))]
     pub pull: Vec<ForTube>,
-    /// Turn a follower's base, right-handed about the insertion axis
-    #[arg(long, value_name = "[K=]ANGLE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Angle))]
+    /// Turn a tube's base, right-handed about the insertion axis
+    #[arg(long, value_name = "[K=]ANGLE", allow_hyphen_values = true, value_parser = |t: &str| for_any_tube(t, Kind::Angle))]
     pub rotate: Vec<ForTube>,
-    /// Pull a follower with a force instead
-    #[arg(long, value_name = "[K=]FORCE", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Force))]
+    /// Pull a tube with a force instead
+    #[arg(long, value_name = "[K=]FORCE", allow_hyphen_values = true, value_parser = |t: &str| for_any_tube(t, Kind::Force))]
     pub tension: Vec<ForTube>,
-    /// Turn a follower with a torque instead
-    #[arg(long, value_name = "[K=]MOMENT", allow_hyphen_values = true, value_parser = |t: &str| for_tube(t, Kind::Moment))]
+    /// Turn a tube with a torque instead
+    #[arg(long, value_name = "[K=]MOMENT", allow_hyphen_values = true, value_parser = |t: &str| for_any_tube(t, Kind::Moment))]
     pub torque: Vec<ForTube>,
     /// Force on the tip, base frame
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| vector(t, Kind::Force))]
@@ -234,6 +236,62 @@ impl CommandArgs {
         }
     }
 
+    /// The command for a bundle, and whether its tubes may stretch.
+    pub fn bundle_command(&self, design: &BundleDesign) -> Result<(BundleCommand, bool), Failure> {
+        let rest = &self.rest;
+        let not_here = [
+            ("--relative-angle", rest.relative_angle, "motors turn tubes against the plate"),
+            (
+                "--formulation printed",
+                matches!(rest.formulation, FormulationArg::Printed),
+                "the paper's equations know one joint",
+            ),
+            ("--planar", rest.planar, "its equations have no modes"),
+            ("--modes", rest.modes == ModesArg::Paper, "its equations have no modes"),
+            ("--refine", rest.refine != 1, "its steps follow their error, which the table states"),
+        ];
+        if let Some((name, _, why)) = not_here.into_iter().find(|(_, given, _)| *given) {
+            return Err(Failure::Input(format!(
+                "{name} is not for a robot with parts or joints: {why}; leave it away"
+            )));
+        }
+        self.check()?;
+        let loads = self.loads();
+        let length = design.tubes.first().map_or(0.0, TubeParts::length);
+        let outside = |label: &f64| !(0.0..=length * (1.0 + 1e-9)).contains(label);
+        let places = rest.point_force.iter().map(|p| ("--point-force", p.0));
+        let stretches =
+            rest.distributed.iter().flat_map(|d| [("--distributed", d.from), ("--distributed", d.to)]);
+        if let Some((name, label)) = places.chain(stretches).find(|(_, label)| outside(label)) {
+            return Err(Failure::Input(format!(
+                "{name}: {:.3} mm does not lie on tube 1, which is {:.3} mm long",
+                label * 1e3,
+                length * 1e3
+            )));
+        }
+        let mut drives = vec![TubeDrive::HELD; design.tubes.len()];
+        let mut given: Vec<Input> = Vec::new();
+        for (quantity, ForTube { tube, value }) in self.drives() {
+            let input = quantity.of_tube(tube);
+            let fail = |problem: &dyn std::fmt::Display| {
+                Failure::Input(format!("--{}: {problem}", quantity.keyword))
+            };
+            if let Some(&earlier) = given.iter().find(|own| own.is_same_freedom(input)) {
+                return Err(fail(&CommandProblem::Twice { earlier, later: input }));
+            }
+            let Some(own) = tube.checked_sub(1).and_then(|index| drives.get_mut(index)) else {
+                let count = design.tubes.len();
+                return Err(fail(&format!("there is no tube {tube}; this robot has {count}")));
+            };
+            given.push(input);
+            *(match input.freedom {
+                Freedom::PushPull => &mut own.translation,
+                Freedom::Rotation => &mut own.rotation,
+            }) = input.prescribed(value);
+        }
+        Ok((BundleCommand { drives, loads }, rest.stretch))
+    }
+
     fn loads(&self) -> Loads {
         let point = self.rest.tip_point.unwrap_or_default().into();
         let frame = if self.rest.follower_load { Frame::Section } else { Frame::World };
@@ -285,9 +343,8 @@ pub fn no_equilibrium(found: &Equilibrium) -> Failure {
     ))
 }
 
-/// Refuses a shape whose tip lies on a pulley: there the thread has no direction.
-pub fn thread_has_direction(loads: &Loads, shape: &Shape) -> Result<(), Failure> {
-    let Some(tip) = shape.sections.last() else { return Ok(()) };
+/// Refuses a tip that lies on a pulley: there the thread has no direction.
+pub fn thread_has_direction(loads: &Loads, tip: &TipPose) -> Result<(), Failure> {
     let on_pulley = |t: &&Thread| {
         let knot = tip.centre + tip.rotation * t.point;
         (t.pulley - knot).norm() <= t.radius.max(CONTACT)
@@ -304,9 +361,17 @@ pub fn thread_has_direction(loads: &Loads, shape: &Shape) -> Result<(), Failure>
 /// Reads a robot file and builds its robot.
 pub fn read_robot(path: &Path) -> Result<(RobotFile, Robot), Failure> {
     let file = cppr_io::robot_file::read(path).map_err(|p| Failure::Input(p.to_string()))?;
-    let robot = Robot::from_design(file.design.clone()).map_err(|problems| {
-        let list: Vec<String> = problems.0.iter().map(|p| format!("{}: {p}", path.display())).collect();
-        Failure::Input(list.join("\n"))
-    })?;
+    let robot = build(&file, path)?;
     Ok((file, robot))
+}
+
+/// Builds the robot of a file.
+pub fn build(file: &RobotFile, path: &Path) -> Result<Robot, Failure> {
+    Robot::from_design(file.design.clone()).map_err(|problems| unsound(path, &problems))
+}
+
+/// Problems of a design, each under the name of its file.
+pub fn unsound(path: &Path, problems: &DesignProblems) -> Failure {
+    let list: Vec<String> = problems.0.iter().map(|p| format!("{}: {p}", path.display())).collect();
+    Failure::Input(list.join("\n"))
 }

@@ -1,7 +1,8 @@
 //! `cppr derivatives`: how tip and efforts answer to actuators, loads and any number of the robot file.
 
 use crate::Failure;
-use crate::command::{CommandArgs, no_equilibrium, read_robot};
+use crate::bundle_derivatives;
+use crate::command::{CommandArgs, build, no_equilibrium};
 use crate::free::{efforts_json, name};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
@@ -11,6 +12,7 @@ use cppr::design::Robot;
 use cppr::solve::{Equilibrium, Freedom, Input, Solver};
 use cppr::statics::RotationMeans;
 use cppr::{Matrix3, Vector3};
+use cppr_io::bundle_file::{self, Described};
 use cppr_sweep::DesignKeys;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -22,6 +24,7 @@ Examples:
   cppr derivatives robots/r3.toml --pull 5mm
   cppr derivatives robots/r3.toml --pull 5mm --rotate 20deg --by material.youngs_modulus_GPa,tube2.notches.depth_mm.0
   cppr derivatives robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm --json -
+  cppr derivatives robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
 
 Keys are those of the robot file, as for cppr sweep --vary. Columns: tip position (mm), tip rotation about the base frame's axes (deg),
 and what each actuator exerts (N, N mm) or, where its effort is given, where it stands (mm, deg).";
@@ -33,15 +36,15 @@ const STEP: f64 = 1e-3;
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
-    robot: PathBuf,
+    pub robot: PathBuf,
     #[command(flatten)]
-    command: CommandArgs,
+    pub command: CommandArgs,
     /// Numbers of the robot file to differentiate by
     #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
-    by: Vec<String>,
+    pub by: Vec<String>,
     /// Write everything in SI units, - for standard output
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub json: Option<PathBuf>,
 }
 
 /// Derivatives by one number of the robot file, in the unit of its key.
@@ -56,7 +59,10 @@ struct ByKey {
 /// Differentiates, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
-    let (_, robot) = read_robot(&args.robot)?;
+    let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+        Described::Robot(file) => build(&file, &args.robot)?,
+        Described::Bundle(design) => return bundle_derivatives::run(args, &outputs, &design),
+    };
     let command = args.command.command(&robot)?;
     let mut solver = args.command.solver(&robot)?;
     let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;

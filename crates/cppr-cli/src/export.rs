@@ -289,7 +289,7 @@ fn assembly(args: &Args, format: Format, file: &RobotFile, robot: &Robot) -> Res
     if !found.status().is_equilibrium() {
         return Err(no_equilibrium(&found));
     }
-    thread_has_direction(&found.command().loads, &solver.shape(&found, 2))?;
+    thread_has_direction(&found.command().loads, &solver.tip(&found))?;
     let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));
     let meshes = bent_tubes(file, &mut solver, &found, tolerance, below).map_err(input)?;
     let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(file, i, mesh)).collect();

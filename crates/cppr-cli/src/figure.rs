@@ -2,10 +2,10 @@
 
 use crate::Failure;
 use crate::output;
-use cppr::Vector3;
 use cppr::analysis::Shape;
 use cppr::solve::{Drive, Equilibrium, Formulation, Solver};
-use cppr::statics::{Frame, Loads, RotationMeans, Station};
+use cppr::statics::{Frame, Loads, RotationMeans, Station, Thread, Wrench};
+use cppr::{Matrix3, Vector3};
 use cppr_plot::{Figure, Force, Line, Marks, Part, PlotError, Pose, ShapeInput, shape_figure};
 use std::path::Path;
 
@@ -111,29 +111,38 @@ fn forces(solver: &mut Solver, found: &Equilibrium) -> Vec<Force> {
         .collect();
     labels.push(found.robot().length());
     let sections = solver.shape_at(found, &labels).sections;
-    let wrenches = wrenches.iter().zip(&sections).map(|(wrench, section)| {
-        let vector = match wrench.frame {
-            Frame::World => wrench.force,
-            Frame::Section => section.rotation * wrench.force,
-        };
-        (section.centre + section.rotation * wrench.point, vector)
-    });
-    let threads = threads.iter().zip(sections.last().into_iter().cycle()).map(|(thread, tip)| {
-        let knot = tip.centre + tip.rotation * thread.point;
-        let way = thread.pulley - knot;
-        let distance = way.norm().max(f64::MIN_POSITIVE);
-        // The thread touches the pulley beside its centre.
-        let angle = (thread.radius / distance).min(1.0).asin() * if thread.left { 1.0 } else { -1.0 };
-        let (s, c) = angle.sin_cos();
-        let turned = Vector3::new(c * way.x - s * way.y, s * way.x + c * way.y, way.z);
-        (knot, turned * (thread.tension / distance))
-    });
-    wrenches
-        .chain(threads)
-        // A pure moment has no arrow.
-        .filter(|(_, vector)| vector.norm() > 0.0)
-        .map(|(point, vector)| Force { point: point.into(), vector: vector.into() })
-        .collect()
+    let wrenches = wrenches
+        .iter()
+        .zip(&sections)
+        .map(|(w, section)| wrench_arrow(w, &section.centre, &section.rotation));
+    let threads = threads
+        .iter()
+        .zip(sections.last().into_iter().cycle())
+        .map(|(thread, tip)| thread_arrow(thread, &tip.centre, &tip.rotation));
+    wrenches.chain(threads).flatten().collect()
+}
+
+/// The force of a wrench at a section with this centre and frame; a pure moment has no arrow.
+pub fn wrench_arrow(wrench: &Wrench, centre: &Vector3<f64>, rotation: &Matrix3<f64>) -> Option<Force> {
+    let vector = match wrench.frame {
+        Frame::World => wrench.force,
+        Frame::Section => rotation * wrench.force,
+    };
+    let point = centre + rotation * wrench.point;
+    (vector.norm() > 0.0).then(|| Force { point: point.into(), vector: vector.into() })
+}
+
+/// The force of a thread on a tip with this centre and frame.
+pub fn thread_arrow(thread: &Thread, centre: &Vector3<f64>, rotation: &Matrix3<f64>) -> Option<Force> {
+    let knot = centre + rotation * thread.point;
+    let way = thread.pulley - knot;
+    let distance = way.norm().max(f64::MIN_POSITIVE);
+    // The thread touches the pulley beside its centre.
+    let angle = (thread.radius / distance).min(1.0).asin() * if thread.left { 1.0 } else { -1.0 };
+    let (s, c) = angle.sin_cos();
+    let turned = Vector3::new(c * way.x - s * way.y, s * way.x + c * way.y, way.z);
+    let vector = turned * (thread.tension / distance);
+    (vector.norm() > 0.0).then(|| Force { point: knot.into(), vector: vector.into() })
 }
 
 /// Name, actuation, and the formulation where it is not the consistent one.
@@ -163,7 +172,7 @@ pub fn title(found: &Equilibrium) -> String {
 }
 
 /// At most four significant digits and four decimals, and a minus sign that is one.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let whole = value.abs().max(1.0).log10().floor();
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped between 0 and 4")]
     let digits = (3.0 - whole).clamp(0.0, 4.0) as usize;

@@ -2,6 +2,10 @@
 //!
 //! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found, 130 interrupted.
 
+mod bundle;
+mod bundle_derivatives;
+mod bundle_figure;
+mod bundle_sweep;
 mod calibrate;
 mod check;
 mod cloud;
@@ -26,6 +30,7 @@ mod sense;
 mod shape_match;
 mod shell;
 mod solve;
+mod steep;
 mod study;
 mod sweep;
 mod table;

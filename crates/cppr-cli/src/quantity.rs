@@ -192,7 +192,7 @@ pub fn bare_span(text: &str) -> Result<Span, String> {
     })
 }
 
-/// A value for one follower: `K=VALUE`, or `VALUE` for tube 2.
+/// A value for one tube: `K=VALUE`, or `VALUE` for tube 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForTube<T = f64> {
     /// Tube number as in the paper.
@@ -211,13 +211,34 @@ pub fn span_for_tube(text: &str, kind: Kind) -> Result<ForTube<Span>, String> {
     for_tube_with(text, |value| span(value, kind))
 }
 
+/// Reads `[K=]VALUE`, where K may be tube 1, which can be driven in a robot with parts or joints.
+pub fn for_any_tube(text: &str, kind: Kind) -> Result<ForTube, String> {
+    for_tube_from(1, text, |value| scalar(value, kind))
+}
+
+/// Reads `[K=]VALUE` or `[K=]FROM..TO:COUNT`, where K may be tube 1.
+pub fn span_for_any_tube(text: &str, kind: Kind) -> Result<ForTube<Span>, String> {
+    for_tube_from(1, text, |value| span(value, kind))
+}
+
 fn for_tube_with<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<ForTube<T>, String> {
+    for_tube_from(2, text, read)
+}
+
+/// Tubes from number `first` on.
+fn for_tube_from<T>(
+    first: usize,
+    text: &str,
+    read: impl Fn(&str) -> Result<T, String>,
+) -> Result<ForTube<T>, String> {
     let Some((tube, value)) = text.split_once('=') else {
         return Ok(ForTube { tube: 2, value: read(text)? });
     };
     match tube.trim().parse::<usize>() {
-        Ok(1) => Err("tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into()),
-        Ok(tube) if tube >= 2 => Ok(ForTube { tube, value: read(value)? }),
+        Ok(1) if first > 1 => {
+            Err("tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into())
+        }
+        Ok(tube) if tube >= first => Ok(ForTube { tube, value: read(value)? }),
         _ => Err(format!("{tube} is no tube number: write for instance 2={value}")),
     }
 }

@@ -1,7 +1,8 @@
 //! `cppr solve`: the equilibrium of a robot.
 
 use crate::Failure;
-use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
+use crate::bundle;
+use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
@@ -10,6 +11,7 @@ use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::Teeth;
+use cppr_io::bundle_file::{self, Described};
 use cppr_io::result::ResultRecord;
 use cppr_io::result_csv;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ Examples:
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
   cppr solve robots/helicoid.toml --pull 10mm --json -
   cppr solve robots/childs3.toml --scenario examples/scenario.toml
+  cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
+  cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
 
 Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g. Base frame: the robot
 at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X;
@@ -41,24 +45,24 @@ Exit codes: 0 solved (also where the equilibrium is unstable: the table says so)
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
-    robot: PathBuf,
+    pub robot: PathBuf,
     #[command(flatten)]
-    command: CommandArgs,
+    pub command: CommandArgs,
     /// Scenario file (TOML) that says what the options from --pull to --refine say, as the live view writes it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["DriveArgs", "RestArgs"])]
     scenario: Option<PathBuf>,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    samples: u32,
+    pub samples: u32,
     /// Write the whole result, - for standard output
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub json: Option<PathBuf>,
     /// Write the fields along the robot, - for standard output
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    pub csv: Option<PathBuf>,
     /// Draw the shape, .svg or .png
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    pub plot: Option<PathBuf>,
 }
 
 /// Solves, prints, writes.
@@ -68,7 +72,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut solver, command) = if let Some(path) = &args.scenario {
         scenario::apply(path, &args.robot)?
     } else {
-        let (_, robot) = read_robot(&args.robot)?;
+        let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+            Described::Robot(file) => build(&file, &args.robot)?,
+            Described::Bundle(design) => return bundle::run(args, &outputs, &design),
+        };
         let command = args.command.command(&robot)?;
         (args.command.solver(&robot)?, command)
     };
@@ -87,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         });
     }
     let shape = solver.shape(&found, args.samples as usize);
-    thread_has_direction(&found.command().loads, &shape)?;
+    thread_has_direction(&found.command().loads, &solver.tip(&found))?;
     let stability = solver.stability(&found);
     let margin = stability.as_ref().map(|s| s.margin);
     let direction = stability.map(|s| s.tip_direction.into());

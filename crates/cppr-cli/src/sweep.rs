@@ -1,14 +1,17 @@
 //! `cppr sweep`: many poses of a robot into one table.
 
 use crate::Failure;
+use crate::bundle_sweep;
 use crate::cloud::Workspace;
-use crate::command::{CommandArgs, DriveArgs, RestArgs, read_robot};
+use crate::command::{CommandArgs, DriveArgs, RestArgs, build};
 use crate::figure;
 use crate::output::{self, note, write_or_print};
 use crate::outputs::Outputs;
-use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_tube, span_vector};
+use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_any_tube, span_vector};
 use cppr::analysis::{Teeth, absurd_demand};
+use cppr::design::Robot;
 use cppr::solve::{CommandProblem, Quantity};
+use cppr_io::bundle_file::{self, Described};
 use cppr_sweep::{
     Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Report, Study, Task, Values, Variable,
     Verdict, parts_of, write_file,
@@ -30,6 +33,7 @@ Examples:
   cppr sweep robots/r1.toml --pull -6..6mm:25 --planar --limits --output plane.csv --plot plane.svg --colour closure
   cppr sweep robots/r1.toml --pull -5..5mm:11 --output pulls.csv --json -
   cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.parquet --resume
+  cppr sweep robots/bundles/two_sections.toml --pull 2=0..3mm:4 --pull 4=0..2mm:5 --output sections.csv
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
 --rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
@@ -45,68 +49,68 @@ Exit codes: 0 done, 2 wrong input, 3 no pose has an equilibrium, 130 interrupted
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
-    robot: PathBuf,
+    pub robot: PathBuf,
     /// Pull a follower by lengths. Without K= tube 2; repeat for more tubes
-    #[arg(long, value_name = "[K=]LENGTHS", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Length))]
-    pull: Vec<ForTube<Span>>,
+    #[arg(long, value_name = "[K=]LENGTHS", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Length))]
+    pub pull: Vec<ForTube<Span>>,
     /// Turn a follower's base
-    #[arg(long, value_name = "[K=]ANGLES", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Angle))]
-    rotate: Vec<ForTube<Span>>,
+    #[arg(long, value_name = "[K=]ANGLES", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Angle))]
+    pub rotate: Vec<ForTube<Span>>,
     /// Pull a follower with forces instead
-    #[arg(long, value_name = "[K=]FORCES", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Force))]
-    tension: Vec<ForTube<Span>>,
+    #[arg(long, value_name = "[K=]FORCES", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Force))]
+    pub tension: Vec<ForTube<Span>>,
     /// Turn a follower with torques instead
-    #[arg(long, value_name = "[K=]MOMENTS", allow_hyphen_values = true, value_parser = |t: &str| span_for_tube(t, Kind::Moment))]
-    torque: Vec<ForTube<Span>>,
+    #[arg(long, value_name = "[K=]MOMENTS", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Moment))]
+    pub torque: Vec<ForTube<Span>>,
     /// Force on the tip, base frame; each component a value or a range
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Force))]
-    tip_force: Option<[Span; 3]>,
+    pub tip_force: Option<[Span; 3]>,
     /// Moment on the tip, base frame; each component a value or a range
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Moment))]
-    tip_moment: Option<[Span; 3]>,
+    pub tip_moment: Option<[Span; 3]>,
     /// Vary a number of the robot file, for instance tube1.notches.depth_mm=normal(5,0.05)
     #[arg(long, value_name = "KEY=VALUES", value_parser = vary)]
-    vary: Vec<(String, Spread)>,
+    pub vary: Vec<(String, Spread)>,
     #[command(flatten)]
-    rest: RestArgs,
+    pub rest: RestArgs,
     /// Solve this many quasi-random samples instead of a grid
     #[arg(long, value_name = "N")]
-    samples: Option<u64>,
+    pub samples: Option<u64>,
     /// Other samples
     #[arg(long, default_value_t = 0, requires = "samples")]
-    seed: u64,
+    pub seed: u64,
     /// Add the margin to instability
     #[arg(long)]
-    margin: bool,
+    pub margin: bool,
     /// Add the greatest utilisation of strain, closing notches and torsion, and where it is, as cppr limits
     #[arg(long)]
-    limits: bool,
+    pub limits: bool,
     /// With --limits: let the teeth bend as the notches do
     #[arg(long, requires = "limits")]
-    bending_teeth: bool,
+    pub bending_teeth: bool,
     /// The table: .csv, .npz or .parquet
     #[arg(long, short, value_name = "FILE")]
-    output: PathBuf,
+    pub output: PathBuf,
     /// Write how many poses ended how, - for standard output
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub json: Option<PathBuf>,
     /// Draw the stable tip positions, .svg or .png
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    pub plot: Option<PathBuf>,
     /// What the colour of the figure tells: tension, torque, energy, bend, margin, strain, closure, torsion or a column of the table
     #[arg(long, value_name = "COLUMN", requires = "plot")]
-    colour: Option<String>,
+    pub colour: Option<String>,
     /// Go on where this sweep was interrupted, if it was
     #[arg(long)]
-    resume: bool,
+    pub resume: bool,
     /// Threads; 0 for all of the machine
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
-    threads: u16,
+    pub threads: u16,
 }
 
 /// Values of a key of the robot file.
 #[derive(Clone, Copy)]
-enum Spread {
+pub enum Spread {
     Span(Span),
     Normal(f64, f64),
 }
@@ -164,7 +168,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let task = task(args)?;
+    let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+        Described::Robot(file) => build(&file, &args.robot)?,
+        Described::Bundle(design) => return bundle_sweep::run(args, format, &design),
+    };
+    let task = task(args, robot)?;
     let rows = task.rows();
     let colour = args.colour.as_deref();
     let mut cloud = args.plot.as_ref().map(|_| Workspace::new(&task, colour)).transpose()?;
@@ -254,12 +262,8 @@ fn failure(target: &Path, problem: &FileProblem) -> Failure {
     }
 }
 
-/// The task that the arguments describe.
-fn task(args: &Args) -> Result<Task, Failure> {
-    let (_, robot) = read_robot(&args.robot)?;
-    let robot_text = std::fs::read_to_string(&args.robot)
-        .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
-    // One pose of the sweep, to check options and loads as those of any pose; not at a zero, which would hide an input.
+/// One pose of the sweep, to check options and loads as those of any pose; not at a zero, which would hide an input.
+pub fn one_pose(args: &Args) -> CommandArgs {
     let seen = |span: Span| match span {
         Span::Range(from, to, _) if from.abs() <= 0.0 => to,
         Span::Fixed(value) | Span::Range(value, ..) => value,
@@ -267,7 +271,7 @@ fn task(args: &Args) -> Result<Task, Failure> {
     let each = |list: &[ForTube<Span>]| -> Vec<ForTube> {
         list.iter().map(|f| ForTube { tube: f.tube, value: seen(f.value) }).collect()
     };
-    let command = CommandArgs {
+    CommandArgs {
         drive: DriveArgs {
             pull: each(&args.pull),
             rotate: each(&args.rotate),
@@ -277,7 +281,14 @@ fn task(args: &Args) -> Result<Task, Failure> {
             tip_moment: args.tip_moment.map(|v| v.map(seen)),
         },
         rest: args.rest.clone(),
-    };
+    }
+}
+
+/// The task that the arguments describe.
+fn task(args: &Args, robot: Robot) -> Result<Task, Failure> {
+    let robot_text = std::fs::read_to_string(&args.robot)
+        .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
+    let command = one_pose(args);
     let (base, settings) = (command.command(&robot)?, command.settings());
     match base.check(&robot, &settings) {
         // Too far for this pose need not be so for the others.
@@ -297,7 +308,8 @@ fn task(args: &Args) -> Result<Task, Failure> {
     Ok(Task { robot, robot_text, base, settings, axes, plan, margin: args.margin, limits })
 }
 
-fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
+/// What varies.
+pub fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
     let mut axes = Vec::new();
     let mut add = |option: &str, variable: Variable, spread: Spread| {
         let fail = |message: &str| Err(Failure::Input(format!("{option}: {message}")));

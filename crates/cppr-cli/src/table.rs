@@ -1,6 +1,7 @@
 //! The short table that a person reads.
 
 use crate::exceeded::Exceeded;
+use crate::steep::steep;
 use crate::unstable::Unstable;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
 use cppr::design::Robot;
@@ -47,6 +48,11 @@ fn duration(time: Duration) -> String {
 /// A length in m as millimetres without the noise of the conversion.
 pub fn millimetres(length: f64) -> String {
     format!("{}", (length * 1e9).round() / 1e6)
+}
+
+/// A number of things: `1 tube`, `3 tubes`.
+pub fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Bends that differ by less (deg) read the same.
@@ -113,7 +119,6 @@ pub fn table(
         }
     }
     let s = found.statistics();
-    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let steps = match s.load_steps {
         0 => String::new(),
         n => format!(", {}", counted(n, "load step")),
@@ -131,7 +136,7 @@ pub fn table(
         line("warning", exceeded.text());
     }
     let robot = found.robot();
-    for text in beyond_patterns(robot) {
+    for text in beyond_patterns(robot).into_iter().chain(steep(robot)) {
         line("warning", text);
     }
     if let Some(demand) = absurd_demand(robot, found.command()) {

@@ -49,7 +49,7 @@ COMMANDS = {
     ],
     "calibrate": ["robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor"],
     "section": ["robots/r3.toml --samples 3", "robots/childs3.toml --samples 2"],
-    "check": ["robots/r3.toml robots/helicoid.toml {folder}/wrong.toml {folder}/missing.toml"],
+    "check": ["robots/r3.toml robots/helicoid.toml robots/bundles/hybrid.toml {folder}/wrong.toml {folder}/missing.toml"],
     "sweep": [
         "robots/r3.toml --pull 0..149mm:3 --output {folder}/poses.csv",
         "robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 8 --output {folder}/tolerance.csv",
@@ -59,6 +59,15 @@ COMMANDS = {
         "robots/r1.toml --tube 1 --kerf 20um --output {folder}/cuts.dxf",
         "robots/r1.toml --pull 5mm --output {folder}/bent.glb",
     ],
+}
+
+# Robots with parts or joints have schemas of their own.
+BUNDLES = {
+    "bundle": [
+        "solve robots/bundles/hybrid.toml --pull 2=1mm --rotate 3=90deg --samples 3",
+        "solve robots/bundles/s_shape.toml --pull 2=60mm",
+    ],
+    "bundle-derivatives": ["derivatives robots/bundles/s_shape.toml --pull 1mm --torque 2=1Nmm"],
 }
 
 
@@ -133,6 +142,11 @@ def test_outputs_are_as_their_schema_says(name: str, folder: Path) -> None:
     check(name, [output(name, *line.format(folder=folder).split()) for line in COMMANDS[name]])
 
 
+@pytest.mark.parametrize("name", BUNDLES)
+def test_outputs_of_bundles_are_as_their_schema_says(name: str) -> None:
+    check(name, [output(*line.split()) for line in BUNDLES[name]])
+
+
 def test_the_numbers_of_the_report_are_as_their_schema_says(tmp_path: Path) -> None:
     done = cppr("paper", "--only", "differences", "--output", str(tmp_path / "report"))
     assert done.returncode == 0, done.stderr
@@ -165,5 +179,5 @@ def test_every_output_has_a_schema() -> None:
     assert len(names) > 12
     writes = {name for name in names if "--json <FILE>" in cppr(name, "--help").stdout}
     # The JSON of the report is one of its files.
-    assert {path.name.split(".")[0] for path in SCHEMAS.iterdir()} == writes | {"paper"}
+    assert {path.name.split(".")[0] for path in SCHEMAS.iterdir()} == writes | {"paper", *BUNDLES}
     assert set(COMMANDS) == writes

@@ -1,7 +1,7 @@
 //! What varies in a sweep, and over which values.
 
 use cppr::solve::{Command, Input};
-use cppr::statics::Station;
+use cppr::statics::{Loads, Station};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// One input that varies. Values of actuators and loads are in SI.
@@ -58,11 +58,11 @@ pub struct Axis {
 }
 
 impl Variable {
-    /// Name of its column, with the unit.
+    /// Name of its column, with the unit; `loads` are those of the task's command.
     #[must_use]
-    pub fn column(&self, base: &Command) -> String {
+    pub fn column(&self, loads: &Loads) -> String {
         let component = |c: usize| ["x", "y", "z"][c.min(2)];
-        let place = |wrench: usize| match base.loads.wrenches.get(wrench).map(|w| w.station) {
+        let place = |wrench: usize| match loads.wrenches.get(wrench).map(|w| w.station) {
             Some(Station::Tip) => "tip".to_owned(),
             _ => format!("load{}", wrench + 1),
         };

@@ -68,7 +68,7 @@ impl Task {
             return Err(TaskProblem::NoAxis);
         }
         for (i, axis) in self.axes.iter().enumerate() {
-            let name = axis.variable.column(&self.base);
+            let name = axis.variable.column(&self.base.loads);
             if self.axes[..i].iter().any(|other| same_input(&other.variable, &axis.variable)) {
                 return Err(TaskProblem::Twice(name));
             }

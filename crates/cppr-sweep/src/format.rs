@@ -1,6 +1,6 @@
 //! The formats of results: CSV, NPZ, Parquet.
 
-mod csv;
+pub(crate) mod csv;
 mod npz;
 mod parquet;
 

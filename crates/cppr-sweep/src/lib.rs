@@ -4,7 +4,7 @@
 //! quasi-random samples, a list). [`run`] solves it chunk by chunk on several threads and hands the chunks over in
 //! order; [`write_file`] journals them, so that nothing that was solved is lost, and assembles CSV, NPZ or Parquet.
 //!
-//! [`solve_many`] solves into memory.
+//! [`solve_many`] solves into memory; a [`BundleTask`] is a sweep of a robot with parts or joints, in memory as well.
 //!
 //! Every pose is a row, solved or not: columns of numbers in SI units (see [`Task::columns`]), NaN where there is no
 //! equilibrium, and a [`Verdict`]. Rows depend on the task alone, not on threads, interruptions or earlier chunks: every
@@ -42,6 +42,7 @@
 //! ```
 
 mod axis;
+mod bundle;
 mod check;
 mod chunking;
 mod design;
@@ -58,6 +59,7 @@ mod table;
 mod task;
 
 pub use axis::{Axis, Values, Variable};
+pub use bundle::{BundleTask, MOST_BUNDLE_POSES, load_behind_plate};
 pub use check::TaskProblem;
 pub use design::{DesignKeys, KeyProblem};
 pub use file::{FileOptions, FileProblem, Finished, write_file};

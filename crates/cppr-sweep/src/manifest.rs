@@ -16,7 +16,7 @@ pub(crate) fn manifest(task: &Task) -> Value {
         .axes
         .iter()
         .map(|axis| {
-            let column = axis.variable.column(&task.base);
+            let column = axis.variable.column(&task.base.loads);
             match axis.values {
                 Values::Range { from, to, count: 0 } => json!({ "column": column, "from": from, "to": to }),
                 Values::Range { from, to, count } => {

@@ -112,7 +112,7 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
 }
 
 /// w, x, y, z of a rotation, w ≥ 0.
-fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
+pub(crate) fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [sign * q.w, sign * q.i, sign * q.j, sign * q.k]

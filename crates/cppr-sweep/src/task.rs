@@ -59,7 +59,7 @@ impl Task {
     pub fn columns(&self) -> Vec<Column> {
         let number = |name: String| Column { name, kind: ColumnKind::Number };
         let mut columns: Vec<Column> =
-            self.axes.iter().map(|axis| number(axis.variable.column(&self.base))).collect();
+            self.axes.iter().map(|axis| number(axis.variable.column(&self.base.loads))).collect();
         columns.push(Column { name: "status".into(), kind: ColumnKind::Status });
         let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
         columns.extend(tip.map(|name| number(name.into())));

@@ -2,7 +2,6 @@
 
 use super::Source;
 use crate::table::{Chunk, Column, ColumnKind, Verdict};
-use crate::task::Task;
 use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -13,16 +12,7 @@ const BATCH: u64 = 32;
 pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
     let mut out = BufWriter::new(file);
     writeln!(out, "# {}", source.manifest)?;
-    let names: Vec<&str> = source
-        .columns
-        .iter()
-        .flat_map(|column| {
-            let text = (column.kind == ColumnKind::Status).then_some("status_text");
-            std::iter::once(column.name.as_str()).chain(text)
-        })
-        .chain(["reason"])
-        .collect();
-    writeln!(out, "{}", names.join(","))?;
+    head(&mut out, source.columns)?;
     let mut next = 0;
     while next < source.chunks {
         let batch = next..source.chunks.min(next + BATCH);
@@ -30,7 +20,8 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
         let chunks: Vec<Chunk> =
             batch.filter_map(|c| source.journal.read(c).transpose()).collect::<io::Result<_>>()?;
         let (task, columns) = (source.task, source.columns);
-        let texts: Vec<Vec<u8>> = chunks.par_iter().map(|chunk| lines(chunk, task, columns)).collect();
+        let texts: Vec<Vec<u8>> =
+            chunks.par_iter().map(|chunk| lines(chunk, columns, |row| task.reason(chunk, row))).collect();
         for text in texts {
             out.write_all(&text)?;
         }
@@ -38,7 +29,21 @@ pub(super) fn write(source: &mut Source, file: File) -> io::Result<File> {
     out.into_inner().map_err(io::IntoInnerError::into_error)
 }
 
-fn lines(chunk: &Chunk, task: &Task, columns: &[Column]) -> Vec<u8> {
+/// The line of names.
+pub(crate) fn head(out: &mut impl Write, columns: &[Column]) -> io::Result<()> {
+    let names: Vec<&str> = columns
+        .iter()
+        .flat_map(|column| {
+            let text = (column.kind == ColumnKind::Status).then_some("status_text");
+            std::iter::once(column.name.as_str()).chain(text)
+        })
+        .chain(["reason"])
+        .collect();
+    writeln!(out, "{}", names.join(","))
+}
+
+/// The rows of a chunk; `reason` says why one was refused.
+pub(crate) fn lines(chunk: &Chunk, columns: &[Column], reason: impl Fn(usize) -> Option<String>) -> Vec<u8> {
     let mut text = Vec::with_capacity(chunk.rows * columns.len() * 20);
     let mut number = zmij::Buffer::new();
     for row in 0..chunk.rows {
@@ -60,7 +65,7 @@ fn lines(chunk: &Chunk, task: &Task, columns: &[Column]) -> Vec<u8> {
             }
         }
         text.push(b',');
-        if let Some(reason) = task.reason(chunk, row) {
+        if let Some(reason) = reason(row) {
             text.extend_from_slice(format!("\"{}\"", reason.replace('"', "\"\"")).as_bytes());
         }
         text.push(b'\n');

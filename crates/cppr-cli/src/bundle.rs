@@ -1,0 +1,254 @@
+//! `cppr solve` for bundles: robots with parts, joints, shafts, free tips and curved tubes.
+
+use crate::Failure;
+use crate::bundle_figure;
+use crate::command::{thread_has_direction, unsound};
+use crate::output::write_or_print;
+use crate::outputs::Outputs;
+use crate::solve::Args;
+use crate::table::{counted, millimetres, plain};
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
+use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft};
+use cppr::design::TubeDesign;
+use cppr::kinematics::TipPose;
+use cppr_sweep::load_behind_plate;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+/// Errors below this part of the length are what is promised.
+const PROMISED: f64 = 1e-4;
+/// Sections through which lines are drawn, at least.
+const SMOOTH: f64 = 200.0;
+
+/// Solves, prints, writes.
+pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), Failure> {
+    let (command, stretch) = args.command.bundle_command(design)?;
+    let bundle = Bundle::new(design).map_err(|problems| unsound(&args.robot, &problems))?;
+    check(design, &bundle, &command, stretch)?;
+    let mut solver = BundleSolver::new(&bundle);
+    solver.stretch = stretch;
+    let start = Instant::now();
+    let found = solver.solve(&command);
+    let time = start.elapsed();
+    check_loads(&command, &found)?;
+    let shape = if found.converged {
+        solver.shape(&found, found.length / f64::from(args.samples - 1))
+    } else {
+        Vec::new()
+    };
+    if let Some(path) = outputs.json {
+        write_or_print(path, &format!("{:#}\n", record(design, &found, &shape)))?;
+    }
+    if !found.converged || shape.is_empty() {
+        return Err(no_equilibrium(&design.name));
+    }
+    thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
+    if let Some(path) = outputs.csv {
+        write_or_print(path, &csv(design, &shape))?;
+    }
+    outputs.draw(|| {
+        let spacing = found.length / SMOOTH.max(f64::from(args.samples - 1));
+        let pose = solver.shape(&found, spacing);
+        let held = solver.held();
+        let rest = solver.solve(&held);
+        let rest = if rest.converged { solver.shape(&rest, spacing) } else { Vec::new() };
+        bundle_figure::draw(design, &found, &command, &pose, &rest)
+    })?;
+    outputs.report(&table(design, &bundle, &found, time))
+}
+
+/// That a solve found nothing.
+pub fn no_equilibrium(robot: &str) -> Failure {
+    Failure::NoEquilibrium(format!(
+        "{robot}: no equilibrium was found; command less, or look whether tubes reach their joints with these pulls"
+    ))
+}
+
+/// What robot and material must allow for this command.
+pub fn check(
+    design: &BundleDesign,
+    bundle: &Bundle,
+    command: &BundleCommand,
+    stretch: bool,
+) -> Result<(), Failure> {
+    if let Some((tube, label)) = bundle.joint_behind_plate(&command.drives) {
+        return Err(Failure::Input(format!(
+            "--pull: tube {} is joined to another at {} mm, which would lie behind the plate; pull less",
+            tube + 1,
+            millimetres(label)
+        )));
+    }
+    let mut bodies = design.tubes.iter().flat_map(|tube| &tube.parts);
+    let massless = |body: &TubeDesign| match body {
+        TubeDesign::Notched(t) => t.material.density <= 0.0,
+        TubeDesign::Stiffness(t) => t.mass_per_length.eval(0.0, 1.0)[0] <= 0.0,
+    };
+    if command.loads.gravity.is_some() && bodies.clone().all(|part| massless(&part.body)) {
+        return Err(Failure::Input(
+            "--gravity: this robot has no mass; add density_kg_m3 or mass_per_length_g_m to its file".into(),
+        ));
+    }
+    let unknown = |body: &TubeDesign| matches!(body, TubeDesign::Stiffness(t) if t.axial.is_none());
+    if stretch && bodies.any(|part| unknown(&part.body)) {
+        return Err(Failure::Input(
+            "--stretch: the axial stiffness of a part is not known; add axial_N to its stiffness".into(),
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses loads on what was drawn in behind the plate.
+fn check_loads(command: &BundleCommand, found: &BundleEquilibrium) -> Result<(), Failure> {
+    match load_behind_plate(command, found) {
+        None => Ok(()),
+        Some(label) => Err(Failure::Input(format!(
+            "a load acts at {:.3} mm on tube 1, which was drawn in behind the plate there; load what stands before it",
+            label * 1e3
+        ))),
+    }
+}
+
+/// Travel (m) and rotation (rad) of the motor behind a shaft.
+fn motor(shaft: Shaft, at: &TubeEffort) -> [f64; 2] {
+    [at.label + at.force / shaft.axial, at.rotation + at.torque / shaft.torsional]
+}
+
+fn table(design: &BundleDesign, bundle: &Bundle, found: &BundleEquilibrium, time: Duration) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "  {name:<22}{value}");
+    };
+    let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
+    let status =
+        if found.stable { "converged, stable" } else { "converged, unstable or beyond a snap from rest" };
+    line("status", status.into());
+    line("tip position", format!("{} mm", three((found.tip * 1e3).into(), 3)));
+    let direction = found.frame.column(0);
+    line("tip direction", three([direction.x, direction.y, direction.z], 5));
+    line("bend angle", format!("{:>10} deg", plain(bend(found).to_degrees(), 3)));
+    line("length of centreline", format!("{:>10} mm", plain(found.length * 1e3, 3)));
+    for (i, (at, tube)) in found.efforts.iter().zip(&design.tubes).enumerate() {
+        let name = format!("tube {}", i + 1);
+        if at.label >= tube.length() {
+            line(&name, "behind the plate".into());
+            continue;
+        }
+        let moved = |[label, rotation]: [f64; 2]| (plain(label * 1e3, 3), plain(rotation.to_degrees(), 3));
+        let (pull, turn) = moved([at.label, at.rotation]);
+        line(&name, format!("pulled {pull:>9} mm with {:>9} N", plain(at.force, 4)));
+        line("", format!("turned {turn:>9} deg with {:>9} N mm", plain(at.torque * 1e3, 4)));
+        if let Some(shaft) = tube.shaft {
+            let (pull, turn) = moved(motor(shaft, at));
+            line("", format!("motor  {pull:>9} mm, {turn:>9} deg, behind the shaft"));
+        }
+    }
+    let [tip, force] = found.error;
+    line("estimated error", format!("{:.1e} mm of the tip, {force:.1e} N", tip * 1e3));
+    let time = time.as_secs_f64() * 1e3;
+    line(
+        "cost",
+        format!("{} Newton steps, {} steps along the robot, {time:.1} ms", found.iterations, found.steps),
+    );
+    if !found.stable {
+        line("warning", "a real robot may be in another shape; approach this one in small steps".into());
+    }
+    let promised = PROMISED * bundle.length();
+    if tip.is_nan() || tip > promised {
+        line("warning", format!("the tip is not known to within {} mm", plain(promised * 1e3, 3)));
+    }
+    let (tubes, joints) = (counted(design.tubes.len(), "tube"), counted(design.joints.len(), "joint"));
+    format!("{}: {tubes}, {joints}, {} mm\n{text}", design.name, millimetres(bundle.length()))
+}
+
+/// Angle between the tip and +X (rad).
+pub fn bend(found: &BundleEquilibrium) -> f64 {
+    let direction = found.frame.column(0);
+    direction.y.hypot(direction.z).atan2(direction.x)
+}
+
+fn record(design: &BundleDesign, found: &BundleEquilibrium, shape: &[BundleSection]) -> Value {
+    let head = json!({
+        "schema": "cppr/bundle", "schema_version": 1, "cppr_version": env!("CARGO_PKG_VERSION"),
+        "robot": { "name": design.name, "tubes": design.tubes.len() },
+        "status": match (found.converged, found.stable) {
+            (false, _) => "not_converged",
+            (true, true) => "converged",
+            (true, false) => "unstable",
+        },
+    });
+    if !found.converged {
+        return head;
+    }
+    let actuators = found.efforts.iter().zip(&design.tubes).enumerate().map(|(i, (at, tube))| {
+        let [travel, turn] = tube.shaft.map_or([at.label, at.rotation], |shaft| motor(shaft, at));
+        json!({
+            "tube": i + 1, "pull_m": at.label, "rotation_rad": at.rotation,
+            "tension_N": at.force, "torque_Nm": at.torque,
+            "motor_pull_m": travel, "motor_rotation_rad": turn,
+        })
+    });
+    let rows = |m: &cppr::Matrix3<f64>| [0, 1, 2].map(|i| [m[(i, 0)], m[(i, 1)], m[(i, 2)]]);
+    let sections = shape.iter().map(|s| {
+        let tubes = s.tubes.iter().map(|t| {
+            json!({
+                "tube": t.tube + 1, "abscissa_m": t.label, "angle_rad": t.angle,
+                "tension_N": t.tension, "torque_Nm": t.torque,
+                "curvature_y_1_m": t.strains[0], "curvature_z_1_m": t.strains[1], "twist_rad_m": t.strains[2],
+            })
+        });
+        json!({
+            "length_m": s.length, "centre_m": <[f64; 3]>::from(s.centre), "rotation": rows(&s.frame),
+            "tubes": tubes.collect::<Vec<_>>(),
+        })
+    });
+    let mut whole = head;
+    let solution = json!({
+        "tip_position_m": <[f64; 3]>::from(found.tip), "tip_rotation": rows(&found.frame),
+        "bend_angle_rad": bend(found), "length_m": found.length,
+        "actuators": actuators.collect::<Vec<_>>(),
+        "error": { "tip_m": found.error[0], "force_N": found.error[1] },
+        "statistics": { "iterations": found.iterations, "steps": found.steps },
+        "sections": sections.collect::<Vec<_>>(),
+    });
+    if let (Value::Object(whole), Value::Object(solution)) = (&mut whole, solution) {
+        whole.extend(solution);
+    }
+    whole
+}
+
+fn csv(design: &BundleDesign, shape: &[BundleSection]) -> String {
+    let columns = [
+        "abscissa_m",
+        "angle_rad",
+        "tension_N",
+        "torque_Nm",
+        "curvature_y_1_m",
+        "curvature_z_1_m",
+        "twist_rad_m",
+    ];
+    let mut text = "length_m,centre_x_m,centre_y_m,centre_z_m".to_owned();
+    for number in 1..=design.tubes.len() {
+        for column in columns {
+            let _ = write!(text, ",tube{number}_{column}");
+        }
+    }
+    text.push('\n');
+    for s in shape {
+        let _ = write!(text, "{},{},{},{}", s.length, s.centre.x, s.centre.y, s.centre.z);
+        for tube in 0..design.tubes.len() {
+            match s.tubes.iter().find(|t| t.tube == tube) {
+                Some(t) => {
+                    let [y, z, twist] = t.strains;
+                    for value in [t.label, t.angle, t.tension, t.torque, y, z, twist] {
+                        let _ = write!(text, ",{value}");
+                    }
+                }
+                // Beyond its tip a tube has no fields.
+                None => text.push_str(&",".repeat(columns.len())),
+            }
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,152 @@
+//! Robots with parts and joints from the shell.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{cppr, cppr_in, json, refused, root, text};
+
+const S: &str = "robots/bundles/s_shape.toml";
+
+#[test]
+fn every_motor_is_driven_and_the_result_is_written() {
+    let whole = json(&["solve", S, "--pull", "5mm", "--json", "-"]);
+    let reference: serde_json::Value =
+        serde_json::from_str(include_str!("../../cppr/tests/data/general_bundles.json")).unwrap();
+    let case = reference.as_array().unwrap().iter().find(|c| c["name"] == "s_shape_pull").unwrap();
+    for axis in 0..3 {
+        let (own, other) = (&whole["tip_position_m"][axis], &case["expected"]["tip_m"][axis]);
+        assert!((own.as_f64().unwrap() - other.as_f64().unwrap()).abs() < 3e-8, "{own} {other}");
+    }
+    assert_eq!(whole["status"], "converged");
+    let sections = whole["sections"].as_array().unwrap();
+    assert!(sections.len() > 100 && sections[0]["tubes"].as_array().unwrap().len() == 2);
+    // The whole robot advanced, and the inner tube pulled against the outer by as much: the same S, 20 mm further out.
+    let advanced = json(&["solve", S, "--pull", "1=-20mm", "--pull", "2=-15mm", "--json", "-"]);
+    let x = |v: &serde_json::Value| v["tip_position_m"][0].as_f64().unwrap();
+    assert!((x(&advanced) - x(&whole) - 0.02).abs() < 1e-5, "{} {}", x(&advanced), x(&whole));
+    // What moved with a torque is turned by it.
+    let torque = json(&["solve", S, "--torque", "1=3Nmm", "--rotate", "2=10deg", "--json", "-"]);
+    assert!((torque["actuators"][0]["torque_Nm"].as_f64().unwrap() - 3e-3).abs() < 1e-12);
+}
+
+#[test]
+fn a_figure_shows_joints_and_tubes() {
+    let folder = tempfile::tempdir().unwrap();
+    let two = [
+        "solve",
+        "robots/bundles/two_sections.toml",
+        "--pull",
+        "2=3mm",
+        "--pull",
+        "4=2mm",
+        "--plot",
+        "f.svg",
+    ];
+    assert!(cppr_in(folder.path(), &two).status.success());
+    let svg = std::fs::read_to_string(folder.path().join("f.svg")).unwrap();
+    for word in ["joint", "tube 4", "at rest", "X (mm)"] {
+        assert!(svg.contains(word), "{word} is missing");
+    }
+}
+
+#[test]
+fn what_cannot_be_asked_is_said() {
+    for (arguments, fragment) in [
+        (&["--pull", "3=1mm"][..], "there is no tube 3"),
+        (&["--pull", "2=1mm", "--tension", "2=1N"], "twice"),
+        (&["--pull", "2=200mm"], "behind the plate"),
+        (&["--planar"], "no modes"),
+        (&["--gravity", "0,0,-1g"], "no mass"),
+        (&["--stretch"], "axial_N"),
+        (&["--point-force", "160mm:0,1,0N"], "150.000 mm long"),
+        (&["--scenario", "examples/scenario.toml"], "does not take yet"),
+    ] {
+        refused(&[&["solve", S][..], arguments].concat(), fragment);
+    }
+    let none = cppr(&["solve", S, "--pull", "2=60mm"]);
+    assert_eq!(none.status.code(), Some(3));
+    assert!(text(&none.stderr).contains("no equilibrium was found"));
+}
+
+#[test]
+fn other_commands_say_what_takes_such_a_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.glb");
+    let file = file.to_str().unwrap();
+    for arguments in [
+        &["limits", S][..],
+        &["export", S, "--output", file],
+        &["view", S, "--no-open"],
+        &["continue", S, "--along", "pull", "--to", "5mm"],
+        &["match", S, "--points", "examples/shapes/r3.csv"],
+    ] {
+        refused(arguments, "`cppr solve`, `check`, `sweep` and `derivatives` take it");
+    }
+    assert!(!std::path::Path::new(file).exists());
+    refused(&["derivatives", S, "--by", "length_mm"], "not yet");
+    refused(&["sweep", S, "--pull", "0..1mm:2", "--output", file], ".csv, .npz or .parquet");
+    refused(&["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"], "--margin is not yet");
+}
+
+#[test]
+fn a_sweep_follows_a_branch_until_it_snaps() {
+    let folder = tempfile::tempdir().unwrap();
+    let task = ["robots/bundles/two_curved.toml", "--rotate", "2=180..240deg:7", "--output", "snap.csv"];
+    let output = cppr_in(folder.path(), &[&["sweep"][..], &task].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = std::fs::read_to_string(folder.path().join("snap.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().skip(2).collect();
+    assert!(table.lines().nth(1).unwrap().starts_with("input_tube2_rotation_rad,status,status_text,tip_x_m"));
+    let z = |row: &str| row.split(',').nth(5).unwrap().parse::<f64>().unwrap();
+    // The branch from rest lies on the side to which the inner tube was turned; the snap is at 238.36 deg (docs/src/snap.md).
+    assert!(
+        rows.len() == 7 && rows[..6].iter().all(|row| row.contains("converged") && z(row) > 0.03),
+        "{table}"
+    );
+    assert!(z(rows[6]).is_nan() || z(rows[6]) < 0.0, "{}", rows[6]);
+    // Threads change nothing, and a joint behind the plate is a row's matter.
+    let two = |threads: &str, name: &str| {
+        let task = [
+            "sweep",
+            S,
+            "--pull",
+            "1=-10..0mm:2",
+            "--pull",
+            "2=0..200mm:3",
+            "--threads",
+            threads,
+            "--output",
+            name,
+        ];
+        assert!(cppr_in(folder.path(), &task).status.success());
+        std::fs::read_to_string(folder.path().join(name)).unwrap()
+    };
+    let one = two("1", "one.csv");
+    assert_eq!(one, two("3", "three.csv"));
+    assert_eq!(one.matches("behind the plate").count(), 2, "{one}");
+}
+
+/// A table with steps: the usual equations answer (88.37, -45.22) mm and 2.46 N, and say so; integrated, the robot of an independent program
+/// with parts is found, (88.599, -50.173) mm and 1.8538 N, up to the table's flanks of 0.01 mm.
+#[test]
+fn a_step_in_a_table_is_told_and_can_be_integrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let usual = std::fs::read_to_string(root().join("crates/cppr-cli/tests/data/steps.toml")).unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let told = text(&cppr(&["check", &write("steps.toml", &usual)]).stdout);
+    let place = "notch depth of tube 1 at 30 mm, notch depth of tube 2 at 30 mm";
+    assert!(told.contains(place) && told.contains("[[tube.part]]"), "{told}");
+    let table = text(&cppr(&["solve", &write("steps.toml", &usual), "--pull", "2mm"]).stdout);
+    assert!(table.contains(place), "{table}");
+    let joined = write("joined.toml", &(usual + "\n[[joint]]\ntubes = [1, 2]\n"));
+    assert!(!text(&cppr(&["check", &joined]).stdout).contains("sudden"));
+    let whole = json(&["solve", &joined, "--pull", "2mm", "--json", "-"]);
+    let number = |v: &serde_json::Value| v.as_f64().unwrap();
+    let (x, y) = (number(&whole["tip_position_m"][0]), number(&whole["tip_position_m"][1]));
+    assert!((x - 88.599e-3).hypot(y + 50.173e-3) < 1e-5, "{x} {y}");
+    assert!((number(&whole["actuators"][1]["tension_N"]) - 1.8538).abs() < 1e-3);
+}
