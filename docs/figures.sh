@@ -11,6 +11,14 @@ cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 cppr continue robots/r3.toml --along load --to 2.5 --pull -5mm --tip-force -1,0,0N --branches --plot $figures/continuation.svg
 cppr match robots/r3.toml --points examples/shapes/r3.csv --plot $figures/match.svg
+bundles=robots/bundles
+cppr solve $bundles/s_shape.toml --pull 5mm --plot $figures/s_shape.svg
+cppr solve $bundles/two_sections.toml --pull 2=3mm --pull 4=2mm --plot $figures/two_sections.svg
+cppr solve $bundles/concentric3.toml --rotate 2=60deg --rotate 3=150deg --plot $figures/concentric3.svg
+cppr solve $bundles/hybrid.toml --pull 2=1mm --pull 3=-10mm --rotate 3=-60deg --plot $figures/hybrid.svg
+cppr solve $bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot $figures/inserted.svg
+cppr solve $bundles/two_curved.toml --rotate 2=235deg --plot $figures/before_snap.svg
+cppr solve $bundles/two_curved.toml --rotate 2=-100deg --plot $figures/behind_snap.svg
 report=$(mktemp -d)
 cppr sweep robots/r1.toml --pull -7..7mm:41 --rotate -180..180deg:91 --output "$report/workspace.csv" --plot $figures/workspace.svg
 cppr sweep examples/mine.toml --pull 1mm --vary 'tube1.notches.depth_mm=normal(1.40,0.01)' --vary 'tube2.notches.depth_mm=normal(1.15,0.01)' \
