@@ -38,7 +38,7 @@ impl FreeArgs {
         };
         let wanted: Vec<Input> =
             command.inputs().map(|(input, _)| input).filter(|i| !is_given(*i) && moves(*i)).collect();
-        let told = |input: Input| {
+        let bounds_of = |input: Input| {
             let list =
                 if input.freedom == Freedom::PushPull { &self.pull_bounds } else { &self.rotate_bounds };
             list.iter().find(|b| b.tube == input.tube).map(|b| b.value)
@@ -56,7 +56,7 @@ impl FreeArgs {
                 )));
             }
         }
-        let safe = if wanted.iter().all(|i| told(*i).is_some()) {
+        let safe = if wanted.iter().all(|i| bounds_of(*i).is_some()) {
             Vec::new()
         } else {
             let ranges =
@@ -69,7 +69,7 @@ impl FreeArgs {
                 })?;
             free_within(solver.robot(), &ranges)
         };
-        let free = wanted.into_iter().filter_map(|input| match told(input) {
+        let free = wanted.into_iter().filter_map(|input| match bounds_of(input) {
             Some(bounds) => Some(FreeInput { input, bounds }),
             None => safe.iter().find(|f| f.input == input).copied(),
         });

@@ -3,7 +3,7 @@
 //!
 //! Every table may be left out: actuators that are not named are held, nothing acts, notches stay as they are.
 //! Lengths are in mm, angles in degrees, moments in N mm, as the keys say; vectors are in the base frame
-//! unless told otherwise.
+//! unless said otherwise.
 //!
 //! | table | keys |
 //! |---|---|

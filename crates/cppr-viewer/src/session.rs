@@ -1,4 +1,4 @@
-//! What one page asks and what it is told: its robot, the last equilibrium, and the next one from there.
+//! What one page asks and what answers it: its robot, the last equilibrium, and the next one from there.
 //!
 //! Every solve starts at the last stable equilibrium, as a robot moves; from rest where the page asks for it.
 
@@ -140,7 +140,7 @@ struct Model {
     solver: Solver,
     changes: Vec<NotchChange>,
     /// Last stable equilibrium.
-    good: Option<Equilibrium>,
+    stable: Option<Equilibrium>,
 }
 
 /// State of one connection.
@@ -193,7 +193,7 @@ impl Session {
                     file,
                     solver: Solver::new(&robot),
                     changes: Vec::new(),
-                    good: None,
+                    stable: None,
                 });
                 model.describe(false, send)
             }
@@ -254,9 +254,9 @@ impl Session {
         if let Err(problem) = solver.set_settings(settings) {
             return refuse("wrong", &[problem.to_string()], send);
         }
-        let start = model.good.take().filter(|_| !asked.from_rest);
+        let start = model.stable.take().filter(|_| !asked.from_rest);
         let mut found = match start {
-            Some(good) if *good.settings() == settings => good,
+            Some(stable) if *stable.settings() == settings => stable,
             _ => solver.rest(),
         };
         // Dragged on from where the robot is, not from where the page had it.
@@ -268,12 +268,12 @@ impl Session {
         let before = found.clone();
         let clock = Instant::now();
         if let Err(problem) = solver.solve_into(&command, &mut found) {
-            model.good = Some(before);
+            model.stable = Some(before);
             return refuse("wrong", &[problem.to_string()], send);
         }
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
         if !found.status().is_equilibrium() {
-            model.good = Some(before);
+            model.stable = Some(before);
             return refuse("not_converged", &[explained(found.robot(), &command, found.status())], send);
         }
         if let Some(target) = asked.target_mm {
@@ -292,7 +292,7 @@ impl Session {
         pose.exceeded = worst.filter(|sentence| !sentence.is_empty());
         pose.limits = limits.iter().map(NotchLimit::from).collect();
         let bytes = message::encode(&pose, &message::floats(found.robot(), &shape));
-        model.good = Some(if found.status() == Status::Converged { found } else { before });
+        model.stable = Some(if found.status() == Status::Converged { found } else { before });
         send(Message::Binary(bytes.into()))
     }
 
@@ -357,7 +357,7 @@ impl Model {
         let robot = Robot::from_design(design).map_err(|p| sentences(&p.0))?;
         self.solver = Solver::new(&robot);
         self.changes = changes.to_vec();
-        self.good = None;
+        self.stable = None;
         Ok(true)
     }
 }
