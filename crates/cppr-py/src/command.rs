@@ -22,6 +22,16 @@ const STRONG: f64 = 300.0;
 /// Torques that twist the stiffest tube by more turns than this are taken for another unit.
 const TWISTS: f64 = 5.0;
 
+/// A sentence where an angle looks like degrees.
+pub fn full_turns(quantity: Quantity, value: f64) -> Option<String> {
+    (quantity == Quantity::ROTATION && value.abs() > TURNS * TAU).then(|| {
+        format!(
+            "rotate is {value} rad, {:.1} turns; angles are in radians: 90 degrees is 1.5708",
+            value / TAU
+        )
+    })
+}
+
 /// A sentence where a number looks like another unit.
 pub fn suspicious(quantity: Quantity, robot: &Robot, value: f64) -> Option<String> {
     let middle = 0.5 * robot.length();
@@ -30,10 +40,7 @@ pub fn suspicious(quantity: Quantity, robot: &Robot, value: f64) -> Option<Strin
     let bending = || fields().map(|f| f.bending_z).sum::<f64>();
     let torsion = || fields().map(|f| f.torsion).fold(0.0, f64::max);
     match (quantity.freedom, quantity.is_motion) {
-        (Freedom::Rotation, true) if size > TURNS * TAU => Some(format!(
-            "rotate is {value} rad, {:.1} turns; angles are in radians: 90 degrees is 1.5708",
-            value / TAU
-        )),
+        (Freedom::Rotation, true) => full_turns(quantity, value),
         (Freedom::PushPull, false) if size > STRONG * bending() / (length * length) => {
             Some(format!("tension is {value} N, far more than this robot can carry; forces are in newtons"))
         }
@@ -103,7 +110,7 @@ impl Asked<'_, '_> {
             command.loads.wrenches.push(wrench);
         }
         if let Some(list) = self.loads {
-            add_loads(&mut command, list)?;
+            add_loads(&mut command.loads, list)?;
         }
         Ok((command, settings))
     }
@@ -122,7 +129,7 @@ impl Asked<'_, '_> {
 }
 
 /// Adds the dataclasses of `cppr._loads`.
-fn add_loads(command: &mut Command, list: &Bound<'_, PyAny>) -> PyResult<()> {
+pub fn add_loads(loads: &mut Loads, list: &Bound<'_, PyAny>) -> PyResult<()> {
     let wanted = "a list of Wrench, DistributedForce, Gravity and Thread";
     let module = list.py().import("cppr._loads")?;
     for load in list.try_iter().map_err(|_| errors::wrong_type("loads", wanted, list))? {
@@ -133,7 +140,7 @@ fn add_loads(command: &mut Command, list: &Bound<'_, PyAny>) -> PyResult<()> {
         let scalar = |name: &str| number(&format!("{name} of a load"), &get(name)?);
         if is("Wrench")? {
             let at = get("at")?;
-            command.loads.wrenches.push(Wrench {
+            loads.wrenches.push(Wrench {
                 force: three("force")?,
                 moment: three("moment")?,
                 frame: match pick("frame of a load", &get("frame")?, &["base", "section"])? {
@@ -144,16 +151,16 @@ fn add_loads(command: &mut Command, list: &Bound<'_, PyAny>) -> PyResult<()> {
                 point: three("point")?,
             });
         } else if is("DistributedForce")? {
-            command.loads.distributed.push(DistributedForce {
+            loads.distributed.push(DistributedForce {
                 force: three("force")?,
                 from: scalar("start")?,
                 to: scalar("end")?,
             });
         } else if is("Gravity")? {
             let own = three("acceleration")?;
-            command.loads.gravity = Some(command.loads.gravity.map_or(own, |g| g + own));
+            loads.gravity = Some(loads.gravity.map_or(own, |g| g + own));
         } else if is("Thread")? {
-            command.loads.threads.push(Thread {
+            loads.threads.push(Thread {
                 tension: scalar("tension")?,
                 pulley: three("pulley")?,
                 radius: scalar("radius")?,

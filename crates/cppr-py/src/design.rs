@@ -2,10 +2,12 @@
 
 use crate::arrays::{number, unmasked};
 use crate::errors::{self, Listed};
+use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
 use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube, Torsion,
     TubeDesign,
 };
+use cppr_io::bundle_file::with_below;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -19,6 +21,8 @@ const LONG: f64 = 10.0;
 const WIDE: f64 = 0.2;
 /// Moduli below this are no solid's (Pa).
 const SOFT: f64 = 1e4;
+/// Lengths that differ by less than this part are the same.
+const SAME: f64 = 1e-9;
 
 /// What is needed to read a design: where problems go.
 pub struct Reader<'py> {
@@ -54,6 +58,121 @@ impl<'py> Reader<'py> {
         } else {
             Err(errors::robot_list(py, reader.problems))
         }
+    }
+
+    /// Reads tubes made of parts, and joints; without joints all tips are bonded.
+    pub fn bundle(
+        py: Python<'py>,
+        name: String,
+        tubes: &[Bound<'py, PyAny>],
+        joints: Option<&[Bound<'py, PyAny>]>,
+    ) -> PyResult<BundleDesign> {
+        let mut reader = Self { py, length: 0.0, pattern: None, problems: Vec::new() };
+        let tubes = tubes
+            .iter()
+            .enumerate()
+            .map(|(index, tube)| reader.parts(index + 1, tube))
+            .collect::<PyResult<Vec<_>>>()?;
+        let joints = match joints {
+            Some(list) => list
+                .iter()
+                .enumerate()
+                .map(|(index, joint)| reader.joint(index + 1, joint, &tubes))
+                .collect::<PyResult<Vec<_>>>()?,
+            None if tubes.len() < 2 => Vec::new(),
+            None => vec![reader.all_tips(&tubes)],
+        };
+        if reader.problems.is_empty() {
+            Ok(BundleDesign { name, tubes, joints })
+        } else {
+            Err(errors::robot_list(py, reader.problems))
+        }
+    }
+
+    fn parts(&mut self, tube: usize, value: &Bound<'py, PyAny>) -> PyResult<TubeParts> {
+        let own = format!("tube {tube}");
+        let class = |name: &str| self.py.import("cppr._bundle")?.getattr(name);
+        if !value.is_instance(&class("Tube")?)? {
+            return Err(errors::wrong_type(&own, "a Tube of parts", value));
+        }
+        let (part_class, shaft_class) = (class("Part")?, class("Shaft")?);
+        let mut parts = Vec::new();
+        for (index, part) in value.getattr("parts")?.try_iter()?.enumerate() {
+            let (part, own) = (part?, format!("part {} of {own}", index + 1));
+            if !part.is_instance(&part_class)? {
+                return Err(errors::wrong_type(&own, "a Part", &part));
+            }
+            let scalar = |name: &str| number(&format!("{name} of {own}"), &part.getattr(name)?);
+            let length = scalar("length")?;
+            if length > LONG && length.is_finite() {
+                let text = format!("{own} is {length} m long; lengths are in metres: 150 mm is 0.150");
+                errors::unit_warning(self.py, &text)?;
+            }
+            self.length = length;
+            parts.push(Part {
+                length,
+                body: self.tube(tube, &part.getattr("body")?)?,
+                rest_curvature: scalar("rest_curvature")?,
+                rest_direction: scalar("rest_direction")?,
+            });
+        }
+        let shaft = value.getattr("shaft")?;
+        let shaft = if shaft.is_none() {
+            None
+        } else if shaft.is_instance(&shaft_class)? {
+            let mut stiffness = |name: &str| {
+                let value = number(&format!("{name} of the shaft of {own}"), &shaft.getattr(name)?)?;
+                if !(value > 0.0 && value.is_finite()) {
+                    self.problem(
+                        &own,
+                        format!("{name} of the shaft of {own} is {value}; it must be positive"),
+                    );
+                }
+                PyResult::Ok(value)
+            };
+            Some(Shaft { axial: stiffness("axial")?, torsional: stiffness("torsional")? })
+        } else {
+            return Err(errors::wrong_type(&format!("the shaft of {own}"), "a Shaft", &shaft));
+        };
+        Ok(TubeParts { parts: with_below(parts), shaft })
+    }
+
+    fn joint(
+        &mut self,
+        joint: usize,
+        value: &Bound<'py, PyAny>,
+        tubes: &[TubeParts],
+    ) -> PyResult<Vec<(usize, f64)>> {
+        let own = format!("joint {joint}");
+        if !value.is_instance(&self.py.import("cppr._bundle")?.getattr("Joint")?)? {
+            return Err(errors::wrong_type(&own, "a Joint", value));
+        }
+        let list = value.getattr("tubes")?;
+        let named: Vec<usize> = list
+            .extract()
+            .map_err(|_| errors::wrong_type(&format!("tubes of {own}"), "tube numbers", &list))?;
+        let at = value.getattr("at")?;
+        let at: Option<Vec<f64>> =
+            at.extract().map_err(|_| errors::wrong_type(&format!("at of {own}"), "a label per tube", &at))?;
+        if let Some(missing) = named.iter().find(|number| **number == 0 || **number > tubes.len()) {
+            self.problem(&own, format!("{own}: there is no tube {missing}"));
+            return Ok(Vec::new());
+        }
+        let labels = at.unwrap_or_else(|| named.iter().map(|number| tubes[number - 1].length()).collect());
+        if labels.len() != named.len() {
+            self.problem(&own, format!("{own}: {} labels stand for {} tubes", labels.len(), named.len()));
+        }
+        Ok(named.into_iter().map(|number| number - 1).zip(labels).collect())
+    }
+
+    fn all_tips(&mut self, tubes: &[TubeParts]) -> Vec<(usize, f64)> {
+        let lengths: Vec<f64> = tubes.iter().map(TubeParts::length).collect();
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        if lengths.iter().any(|length| longest - length > SAME * longest) {
+            let text = "the tubes differ in length, so that their tips do not meet: give joints, or joints=[] if all tips are free";
+            self.problem("joints", text.into());
+        }
+        lengths.into_iter().enumerate().collect()
     }
 
     fn is(&self, value: &Bound<'py, PyAny>, class: &str) -> PyResult<bool> {

@@ -10,6 +10,7 @@
 
 mod analysis;
 mod arrays;
+mod bundle;
 mod calibrate;
 mod command;
 mod design;
@@ -32,6 +33,8 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<equilibrium::Shape>()?;
     m.add_function(wrap_pyfunction!(equilibrium::_equilibrium, m)?)?;
     m.add_function(wrap_pyfunction!(equilibrium::_shape, m)?)?;
+    m.add_class::<bundle::Bundle>()?;
+    m.add_class::<bundle::BundleEquilibrium>()?;
     m.add_function(wrap_pyfunction!(design::section, m)?)?;
     m.add_function(wrap_pyfunction!(calibrate::calibrate, m)?)?;
     m.add_function(wrap_pyfunction!(analysis::limits, m)?)?;

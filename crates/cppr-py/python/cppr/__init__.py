@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import math
 
-from . import _analysis, _frames, _inverse, _many, _plot, _show
+from . import _analysis, _bundle, _frames, _inverse, _many, _plot, _show
 from ._analysis import Branch, Governing, Limits, RangeEnd, SafeRange, SectionLimit
+from ._bundle import Joint, Part, Shaft, Tube
 from ._calibrate import Calibration, Residual, calibrate
-from ._cppr import Equilibrium, Robot, Shape, __version__
+from ._cppr import Bundle, BundleEquilibrium, Equilibrium, Robot, Shape, __version__
 from ._design import (
     Material,
     NotchPattern,
@@ -62,6 +63,7 @@ for _class, _method in (
     (Equilibrium, _inverse.match_shape),
     (Equilibrium, _inverse.sense),
     (Equilibrium, _plot.plot),
+    (BundleEquilibrium, _bundle.plot),
     (Equilibrium, _show.show),
     (Equilibrium, _frames.to_dataframe),
     (Equilibrium, _frames.to_xarray),
@@ -70,6 +72,8 @@ for _class, _method in (
 
 __all__ = [
     "Branch",
+    "Bundle",
+    "BundleEquilibrium",
     "Calibration",
     "CalibrationError",
     "CommandError",
@@ -78,6 +82,7 @@ __all__ = [
     "Error",
     "Governing",
     "Gravity",
+    "Joint",
     "Limits",
     "Load",
     "Material",
@@ -85,6 +90,7 @@ __all__ = [
     "Normal",
     "NotchPattern",
     "NotchedTube",
+    "Part",
     "PerNotch",
     "Problem",
     "ProfileLike",
@@ -99,12 +105,14 @@ __all__ = [
     "SectionProperties",
     "Sensed",
     "Settings",
+    "Shaft",
     "Shape",
     "ShapeMatch",
     "Solutions",
     "StiffnessTube",
     "Table",
     "Thread",
+    "Tube",
     "TubeLike",
     "UnitWarning",
     "VectorLike",

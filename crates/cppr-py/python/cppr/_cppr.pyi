@@ -10,6 +10,7 @@ from typing_extensions import TypeAlias
 from xarray import Dataset
 
 from ._analysis import Branch, Limits, PerTubeNumber, RangeEnd, SafeRange
+from ._bundle import Joint, Tube
 from ._design import Settings, TubeLike
 from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import Load, VectorLike
@@ -25,6 +26,8 @@ __all__ = [
     "Robot",
     "Equilibrium",
     "Shape",
+    "Bundle",
+    "BundleEquilibrium",
     "section",
     "calibrate",
     "limits",
@@ -444,6 +447,136 @@ def _shape(
     moment: _Floats,
     force: _Floats,
 ) -> Shape: ...
+@final
+class Bundle:
+    """A checked robot of parts and joints: tubes of any length, bonded anywhere or free at their tips, curved or straight at rest.
+
+    `tubes` are from outside to inside, and as many as nest. Without `joints` all tips are bonded to each other, which takes tubes
+    of one length; `joints=[]` leaves all tips free. Raises `RobotError` with what is wrong with the robot.
+    """
+
+    def __new__(
+        cls, tubes: Sequence[Tube], joints: Sequence[Joint] | None = None, name: str = "robot"
+    ) -> Bundle: ...
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> Bundle:
+        """Reads a robot file of any kind. Raises `RobotError` with all its problems, each with its line."""
+
+    @staticmethod
+    def from_toml_text(text: str) -> Bundle:
+        """Reads a robot from the text of a robot file of any kind. Raises `RobotError` as `from_toml`."""
+
+    @property
+    def name(self) -> str:
+        """Name."""
+
+    @property
+    def length(self) -> float:
+        """Greatest length of a tube above the baseplate (m)."""
+
+    @property
+    def lengths(self) -> _Floats:
+        """Lengths of the tubes above the baseplate (m), shape (n,)."""
+
+    def solve(
+        self,
+        pull: PerTubeNumber = None,
+        rotate: PerTubeNumber = None,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
+        *,
+        tip_force: VectorLike | None = None,
+        tip_moment: VectorLike | None = None,
+        loads: Iterable[Load] | None = None,
+        start: BundleEquilibrium | None = None,
+        stretch: bool = False,
+    ) -> BundleEquilibrium:
+        """The equilibrium under prescribed motions or efforts and loads, from rest or from `start`.
+
+        `pull` (m, push and insertion negative) and `rotate` (rad, right-handed about +X) prescribe motions of the motors, `tension` (N)
+        and `torque` (N m) efforts: a number for tube 2 or a dict from tube number to number; tube 1 can be driven as well. What is not
+        prescribed is held. Loads are those of `Robot.solve`; places of loads are labels of tube 1.
+
+        Raises `NoEquilibrium` where none was found, `CommandError` for what cannot be asked of this robot; warns with `UnitWarning`.
+        """
+
+@final
+class BundleEquilibrium:
+    """A robot of parts and joints under a command. n stands for the number of tubes."""
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+
+    @property
+    def joints(self) -> list[dict[int, float]]:
+        """Per joint the label (m) on each of its tubes, by their numbers."""
+
+    @property
+    def stable(self) -> bool:
+        """True where the conditions' determinant has the sign that it has at rest: stable where no branch was crossed on the way."""
+
+    @property
+    def tip_position(self) -> _Floats:
+        """Centre of the last tip (m), base frame; shape (3,)."""
+
+    @property
+    def tip_rotation(self) -> _Floats:
+        """Columns: tangent, direction of the centroid, normal to both; shape (3, 3)."""
+
+    @property
+    def pull(self) -> _Floats:
+        """Label of every tube at the baseplate (m): how far it is pulled, insertion negative; shape (n,)."""
+
+    @property
+    def rotation(self) -> _Floats:
+        """Rotation of every tube at the baseplate (rad), right-handed about +X; shape (n,)."""
+
+    @property
+    def tension(self) -> _Floats:
+        """Force with which every motor pulls (N); shape (n,)."""
+
+    @property
+    def torque(self) -> _Floats:
+        """Torque of every motor (N m), right-handed about +X; shape (n,)."""
+
+    @property
+    def length(self) -> float:
+        """Length of the centreline (m)."""
+
+    @property
+    def tip_error(self) -> float:
+        """How far the tip moves when every step of the integration is halved (m)."""
+
+    @property
+    def force_error(self) -> float:
+        """How far the greatest of the forces moves then (N)."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps."""
+
+    @property
+    def tip_jacobian(self) -> _Floats:
+        """Slopes of the tip by the motors, shape (6, 2 n): rows position (m) and rotation about the base axes (rad), columns
+        translation and rotation of every tube's motor, by motion (m, rad) or by effort (N, N m), as it is driven.
+
+        Raises `NoEquilibrium` at a fold.
+        """
+
+    def sample(self, spacing: float | None = None) -> dict[str, _Floats]:
+        """Fields at sections at most `spacing` (m; default a hundredth of the length) apart, from the baseplate to the last tip, on both sides of
+        every place where something changes.
+
+        length of the centreline (m), shape (k,); centre (m), (k, 3); frame, (k, 3, 3), whose first column is the tangent and which does
+        not twist; and per tube, (k, n), NaN beyond its tip: abscissa (m), angle of its section against the frame (rad), centroid_offset (m),
+        tension (N), torque (N m), curvature_y, curvature_z (1/m) and twist (rad/m) less those at rest.
+        """
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the centroid line of every tube as far as it reaches, the joints and the centreline (mm); returns the axes."""
+
+
 def section(
     outer_radius: float, inner_radius: float, depth: float, shape: str = "round"
 ) -> tuple[float, float, float, float, float, float]: ...

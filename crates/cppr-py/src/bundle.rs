@@ -1,0 +1,366 @@
+//! The classes `Bundle` and `BundleEquilibrium`: robots with parts, joints, free tips and curved tubes.
+
+use crate::arrays::{dynamic, line, matrix, number, table, vector};
+use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
+use crate::design::Reader;
+use crate::errors;
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort};
+use cppr::bundle::{BundleDesign, BundleSection};
+use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
+use cppr::statics::{Loads, Wrench};
+use cppr_io::bundle_file;
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Most sections of one shape.
+const MOST: f64 = 1e5;
+
+/// A checked robot of parts and joints. Immutable.
+#[pyclass(frozen, module = "cppr")]
+pub struct Bundle {
+    bundle: Arc<cppr::bundle::Bundle>,
+    design: BundleDesign,
+}
+
+impl Bundle {
+    fn build(py: Python<'_>, design: BundleDesign) -> PyResult<Self> {
+        let bundle = py
+            .detach(|| cppr::bundle::Bundle::new(&design))
+            .map_err(|problems| errors::design(py, &problems.0))?;
+        Ok(Self { bundle: Arc::new(bundle), design })
+    }
+}
+
+#[pymethods]
+impl Bundle {
+    #[new]
+    #[pyo3(signature = (tubes, joints = None, name = "robot"))]
+    fn new(
+        py: Python<'_>,
+        tubes: Vec<Bound<'_, PyAny>>,
+        joints: Option<Vec<Bound<'_, PyAny>>>,
+        name: &str,
+    ) -> PyResult<Self> {
+        Self::build(py, Reader::bundle(py, name.into(), &tubes, joints.as_deref())?)
+    }
+
+    /// Reads a robot file of any kind.
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        Self::build(py, bundle_file::read_bundle(&path).map_err(|problems| errors::file(py, &problems))?)
+    }
+
+    /// Reads a robot from the text of a robot file of any kind.
+    #[staticmethod]
+    fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
+        Self::build(py, bundle_file::parse(text).map_err(|problems| errors::file(py, &problems))?)
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.design.name
+    }
+
+    /// Greatest length of a tube above the baseplate (m).
+    #[getter]
+    fn length(&self) -> f64 {
+        self.bundle.length()
+    }
+
+    /// Lengths of the tubes above the baseplate (m), shape (n,).
+    #[getter]
+    fn lengths(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        line(py, self.design.tubes.iter().map(cppr::bundle::TubeParts::length)).unbind()
+    }
+
+    /// The equilibrium under a command.
+    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, stretch = false))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        pull: Option<Bound<'_, PyAny>>,
+        rotate: Option<Bound<'_, PyAny>>,
+        tension: Option<Bound<'_, PyAny>>,
+        torque: Option<Bound<'_, PyAny>>,
+        tip_force: Option<Bound<'_, PyAny>>,
+        tip_moment: Option<Bound<'_, PyAny>>,
+        loads: Option<Bound<'_, PyAny>>,
+        start: Option<PyRef<'_, BundleEquilibrium>>,
+        stretch: bool,
+    ) -> PyResult<BundleEquilibrium> {
+        let drives = self.drives(py, [pull, rotate, tension, torque])?;
+        let mut all = Loads::none();
+        if tip_force.is_some() || tip_moment.is_some() {
+            let read = |what, value: Option<&Bound<'_, PyAny>>| {
+                value.map_or(Ok(cppr::Vector3::zeros()), |value| vector(what, value))
+            };
+            let mut wrench = Wrench::tip_force(read("tip_force", tip_force.as_ref())?);
+            wrench.moment = read("tip_moment", tip_moment.as_ref())?;
+            all.wrenches.push(wrench);
+        }
+        if let Some(list) = &loads {
+            add_loads(&mut all, list)?;
+        }
+        let start = match &start {
+            Some(start) if !Arc::ptr_eq(&start.bundle, &self.bundle) => {
+                let text = "start is an equilibrium of another robot; give one of this robot";
+                return Err(PyValueError::new_err(text));
+            }
+            other => other.as_ref().map(|start| &start.found),
+        };
+        if let Some((tube, label)) = self.bundle.joint_behind_plate(&drives) {
+            let tube = tube + 1;
+            let text = format!(
+                "pull: tube {tube} is joined to another at {label} m, which would lie behind the plate"
+            );
+            return Err(errors::command(py, text));
+        }
+        let command = BundleCommand { drives, loads: all };
+        let found = py.detach(|| {
+            let mut solver = BundleSolver::new(&self.bundle);
+            solver.stretch = stretch;
+            match start {
+                None => solver.solve(&command),
+                Some(start) => {
+                    // Stability is counted from rest.
+                    solver.solve(&solver.held());
+                    solver.solve_from(&command, start)
+                }
+            }
+        });
+        if !found.converged {
+            let text = "no equilibrium was found; command less, or look whether tubes reach their joints with these pulls";
+            return Err(errors::error(py, "NoEquilibrium", text));
+        }
+        if let Some(label) = cppr_sweep::load_behind_plate(&command, &found) {
+            let text =
+                format!("a load acts at {label} m on tube 1, which was drawn in behind the plate there");
+            return Err(errors::command(py, text));
+        }
+        Ok(BundleEquilibrium {
+            bundle: Arc::clone(&self.bundle),
+            name: self.design.name.clone(),
+            joints: self.design.joints.clone(),
+            found,
+            stretch,
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let (tubes, joints) = (self.design.tubes.len(), self.design.joints.len());
+        format!("Bundle({}: {tubes} tubes, {joints} joints, {:.1} mm)", self.name(), self.length() * 1e3)
+    }
+}
+
+impl Bundle {
+    /// What the keywords `pull`, `rotate`, `tension`, `torque` say; the rest is held.
+    fn drives(&self, py: Python<'_>, keywords: [Option<Bound<'_, PyAny>>; 4]) -> PyResult<Vec<TubeDrive>> {
+        let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
+        let mut given: Vec<Input> = Vec::new();
+        let mut set = |quantity: Quantity, tube: usize, value: f64| -> PyResult<()> {
+            let input = quantity.of_tube(tube);
+            let refuse = |problem: &dyn std::fmt::Display| {
+                errors::command(py, format!("{}: {problem}", quantity.keyword))
+            };
+            if !value.is_finite() {
+                return Err(refuse(&format!("{value} is no finite number")));
+            }
+            if let Some(&earlier) = given.iter().find(|own| own.is_same_freedom(input)) {
+                return Err(refuse(&CommandProblem::Twice { earlier, later: input }));
+            }
+            let count = drives.len();
+            let Some(own) = tube.checked_sub(1).and_then(|index| drives.get_mut(index)) else {
+                return Err(refuse(&format!("there is no such tube; this robot has tubes 1 to {count}")));
+            };
+            given.push(input);
+            *(match input.freedom {
+                Freedom::PushPull => &mut own.translation,
+                Freedom::Rotation => &mut own.rotation,
+            }) = input.prescribed(value);
+            full_turns(quantity, value).map_or(Ok(()), |text| errors::unit_warning(py, &text))
+        };
+        for (quantity, value) in KEYWORDS.into_iter().zip(keywords) {
+            let Some(value) = value else { continue };
+            if let Ok(tubes) = value.cast::<PyDict>() {
+                for (tube, value) in tubes {
+                    set(quantity, tube_number(quantity, &tube)?, number(quantity.keyword, &value)?)?;
+                }
+            } else {
+                set(quantity, 2, number(quantity.keyword, &value)?)?;
+            }
+        }
+        Ok(drives)
+    }
+}
+
+/// A bundle under a command.
+#[pyclass(frozen, module = "cppr")]
+pub struct BundleEquilibrium {
+    bundle: Arc<cppr::bundle::Bundle>,
+    name: String,
+    joints: Vec<Vec<(usize, f64)>>,
+    found: Found,
+    stretch: bool,
+}
+
+impl BundleEquilibrium {
+    fn with<R>(&self, run: impl FnOnce(&BundleSolver<'_>) -> R) -> R {
+        let mut solver = BundleSolver::new(&self.bundle);
+        solver.stretch = self.stretch;
+        run(&solver)
+    }
+
+    fn efforts(&self, py: Python<'_>, get: impl Fn(&TubeEffort) -> f64) -> Py<PyArray1<f64>> {
+        line(py, self.found.efforts.iter().map(get)).unbind()
+    }
+}
+
+#[pymethods]
+impl BundleEquilibrium {
+    /// Name of the robot.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Labels (m) at which tubes are joined: per joint a dict from tube number.
+    #[getter]
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let one = |joint: &Vec<(usize, f64)>| {
+            let own = PyDict::new(py);
+            joint.iter().try_for_each(|&(tube, label)| own.set_item(tube + 1, label))?;
+            Ok(own)
+        };
+        self.joints.iter().map(one).collect()
+    }
+
+    /// Has the determinant of the conditions the sign that it has at rest?
+    #[getter]
+    fn stable(&self) -> bool {
+        self.found.stable
+    }
+
+    /// Centre of the last tip (m), shape (3,).
+    #[getter]
+    fn tip_position(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        line(py, self.found.tip.iter().copied()).unbind()
+    }
+
+    /// Columns: tangent, direction of the centroid, normal to both; shape (3, 3).
+    #[getter]
+    fn tip_rotation(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        matrix(py, &self.found.frame)
+    }
+
+    /// Label of every tube at the plate (m), shape (n,).
+    #[getter]
+    fn pull(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        self.efforts(py, |own| own.label)
+    }
+
+    /// Rotation of every tube at the plate (rad), shape (n,).
+    #[getter]
+    fn rotation(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        self.efforts(py, |own| own.rotation)
+    }
+
+    /// Force with which every motor pulls (N), shape (n,).
+    #[getter]
+    fn tension(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        self.efforts(py, |own| own.force)
+    }
+
+    /// Torque of every motor (N m), shape (n,).
+    #[getter]
+    fn torque(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        self.efforts(py, |own| own.torque)
+    }
+
+    /// Length of the centreline (m).
+    #[getter]
+    fn length(&self) -> f64 {
+        self.found.length
+    }
+
+    /// Estimated error of the tip (m).
+    #[getter]
+    fn tip_error(&self) -> f64 {
+        self.found.error[0]
+    }
+
+    /// Estimated error of the forces (N).
+    #[getter]
+    fn force_error(&self) -> f64 {
+        self.found.error[1]
+    }
+
+    /// Newton steps.
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.found.iterations
+    }
+
+    /// Slopes of the tip by the motors, shape (6, 2 n).
+    #[getter]
+    fn tip_jacobian(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        let jacobian = py.detach(|| self.with(|solver| solver.tip_jacobian(&self.found)));
+        match jacobian {
+            Some(jacobian) => dynamic(py, &jacobian),
+            None => Err(errors::error(
+                py,
+                "NoEquilibrium",
+                "the tangent is singular here, at a fold: nothing has a derivative",
+            )),
+        }
+    }
+
+    /// Fields at sections at most `spacing` (m) apart, from the plate to the last tip.
+    #[pyo3(signature = (spacing = None))]
+    fn sample<'py>(&self, py: Python<'py>, spacing: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+        let spacing = spacing.unwrap_or(0.01 * self.found.length);
+        if spacing.is_nan() || spacing * MOST < self.found.length {
+            let text = format!(
+                "spacing is {spacing} m; it must be positive, and one shape takes up to {MOST:.0} sections"
+            );
+            return Err(PyValueError::new_err(text));
+        }
+        let sections = py.detach(|| self.with(|solver| solver.shape(&self.found, spacing)));
+        let fields = PyDict::new(py);
+        fields.set_item("length", line(py, sections.iter().map(|s| s.length)))?;
+        let centres = sections.iter().flat_map(|s| s.centre.iter().copied()).collect();
+        fields.set_item("centre", table(py, centres, 3)?)?;
+        let frames = sections.iter().flat_map(|s| crate::arrays::rows(&s.frame)).collect();
+        fields.set_item("frame", table(py, frames, 9)?.reshape([sections.len(), 3, 3])?)?;
+        let tubes = self.found.efforts.len();
+        let add = |name: &str, get: &dyn Fn(&cppr::bundle::TubeSection) -> f64| -> PyResult<()> {
+            let own = |s: &BundleSection, tube: usize| {
+                s.tubes.iter().find(|t| t.tube == tube).map_or(f64::NAN, get)
+            };
+            let values = sections.iter().flat_map(|s| (0..tubes).map(move |tube| own(s, tube))).collect();
+            fields.set_item(name, table(py, values, tubes)?)
+        };
+        add("abscissa", &|t| t.label)?;
+        add("angle", &|t| t.angle)?;
+        add("centroid_offset", &|t| t.centroid_offset)?;
+        add("tension", &|t| t.tension)?;
+        add("torque", &|t| t.torque)?;
+        add("curvature_y", &|t| t.strains[0])?;
+        add("curvature_z", &|t| t.strains[1])?;
+        add("twist", &|t| t.strains[2])?;
+        Ok(fields)
+    }
+
+    fn __repr__(&self) -> String {
+        let tip = self.found.tip * 1e3;
+        let stable = if self.found.stable { "stable" } else { "unstable" };
+        format!(
+            "BundleEquilibrium({}: {stable}; tip ({:.3}, {:.3}, {:.3}) mm)",
+            self.name, tip.x, tip.y, tip.z
+        )
+    }
+}
