@@ -150,3 +150,47 @@ fn a_step_in_a_table_is_told_and_can_be_integrated() {
     assert!((x - 88.599e-3).hypot(y + 50.173e-3) < 1e-5, "{x} {y}");
     assert!((number(&whole["actuators"][1]["tension_N"]) - 1.8538).abs() < 1e-3);
 }
+
+/// Turns of the opening by different angles over different lengths: where nothing is said, the usual equations are right.
+#[test]
+fn what_is_not_told_of_a_turn_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut told, mut followed) = (0, 0);
+    for turn in [4.0, 10.0, 45.0, 180.0] {
+        for width in [2.0, 15.0, 30.0, 50.0] {
+            let (a, b) = (25.0 - 0.5 * width, 25.0 + 0.5 * width);
+            let tube = |opening: f64| {
+                let end = opening - turn;
+                let along = if width < 50.0 {
+                    format!(
+                        "{{ x_mm = [0, {a}, {b}, 50], opening_deg = [{opening}, {opening}, {end}, {end}] }}"
+                    )
+                } else {
+                    format!("[{opening}, {end}]")
+                };
+                format!(
+                    "[[tube]]\n[tube.stiffness]\ncentroid_offset_mm = 1.0\nbending_y_Nmm2 = 100\nbending_z_Nmm2 = 100\n\
+                     torsion_Nmm2 = 100\nopening_deg = {along}\n"
+                )
+            };
+            let text = format!("name = \"turn\"\nlength_mm = 50\n{}{}", tube(180.0), tube(0.0));
+            let solved = |name: &str, text: &str| {
+                let path = folder.path().join(name);
+                std::fs::write(&path, text).unwrap();
+                let whole = json(&["solve", path.to_str().unwrap(), "--pull", "1mm", "--json", "-"]);
+                [0, 1, 2].map(|axis| whole["tip_position_m"][axis].as_f64().unwrap())
+            };
+            let usual = solved("turn.toml", &text);
+            let integrated = solved("joined.toml", &(text + "\n[[joint]]\ntubes = [1, 2]\n"));
+            let off = usual.iter().zip(integrated).map(|(u, i)| (u - i).powi(2)).sum::<f64>().sqrt() / 0.05;
+            let path = folder.path().join("turn.toml");
+            if common::text(&cppr(&["check", path.to_str().unwrap()]).stdout).contains("uneven") {
+                told += 1;
+            } else {
+                followed += 1;
+                assert!(off < 5e-4, "{turn} deg over {width} mm: off by {off:e} of the length");
+            }
+        }
+    }
+    assert!(told >= 6 && followed >= 5, "{told} {followed}");
+}
