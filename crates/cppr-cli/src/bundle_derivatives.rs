@@ -24,8 +24,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     let (command, stretch) = args.command.bundle_command(design)?;
     let bundle = Bundle::new(design).map_err(|problems| unsound(&args.robot, &problems))?;
     check(design, &bundle, &command, stretch)?;
-    let mut solver = BundleSolver::new(&bundle);
-    solver.stretch = stretch;
+    let mut solver = BundleSolver::new(&bundle).with_stretch(stretch);
     let found = solver.solve(&command);
     if !found.converged {
         return Err(no_equilibrium(&design.name));

@@ -7,12 +7,14 @@ use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
+use crate::resolved::Resolved;
 use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::Teeth;
+use cppr::bundle::ACCURACY;
 use cppr_io::bundle_file::{self, Described};
-use cppr_io::result::ResultRecord;
+use cppr_io::result::{AccuracyRecord, ResultRecord};
 use cppr_io::result_csv;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -51,6 +53,10 @@ pub struct Args {
     /// Scenario file (TOML) that says what the options from --pull to --refine say, as the live view writes it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["DriveArgs", "RestArgs"])]
     scenario: Option<PathBuf>,
+    /// Error of the tip that is accepted, as a part of the robot's length: where the usual modes exceed it, twice or four times as many are
+    /// taken. Modes chosen by --modes or --refine stay as they are
+    #[arg(long, value_name = "PART", default_value_t = ACCURACY, value_parser = part_of_length)]
+    accuracy: f64,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub samples: u32,
@@ -63,6 +69,13 @@ pub struct Args {
     /// Draw the shape, .svg or .png
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+}
+
+fn part_of_length(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(part) if 0.0 < part && part <= 1.0 => Ok(part),
+        _ => Err("write a part of the length above 0 and up to 1, for instance 1e-4".into()),
+    }
 }
 
 /// Solves, prints, writes.
@@ -93,15 +106,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (failure, _) => failure,
         });
     }
-    let shape = solver.shape(&found, args.samples as usize);
-    thread_has_direction(&found.command().loads, &solver.tip(&found))?;
-    let stability = solver.stability(&found);
+    let start = Instant::now();
+    let resolved = Resolved::new(&mut solver, found, args.accuracy)?;
+    let checked = start.elapsed();
+    let found = &resolved.found;
+    let shape = solver.shape(found, args.samples as usize);
+    thread_has_direction(&found.command().loads, &solver.tip(found))?;
+    let stability = solver.stability(found);
     let margin = stability.as_ref().map(|s| s.margin);
     let direction = stability.map(|s| s.tip_direction.into());
-    let unstable = Unstable::of(&mut solver, &found, &args.robot);
-    let exceeded = Exceeded::of(&mut solver, &found, Teeth::Rigid);
+    let unstable = Unstable::of(&mut solver, found, &args.robot);
+    let exceeded = Exceeded::of(&mut solver, found, Teeth::Rigid);
     if let Some(path) = json {
-        let mut record = ResultRecord::new(&found, &shape, margin, direction);
+        let mut record = ResultRecord::new(found, &shape, margin, direction);
+        record.accuracy = resolved.accuracy.map(|own| AccuracyRecord::new(found.robot(), &own));
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
         record.stable_aside = unstable.as_ref().and_then(Unstable::json);
         write_json(path, &record)?;
@@ -109,8 +127,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = csv {
         write_or_print(path, &result_csv::csv(&shape))?;
     }
-    outputs.draw(|| figure::shape(&mut solver, &found, args.samples as usize))?;
-    let text = table(&found, &shape, margin.zip(direction), exceeded.as_ref(), unstable.as_ref(), time);
+    outputs.draw(|| figure::shape(&mut solver, found, args.samples as usize))?;
+    let margin = margin.zip(direction);
+    let text = table(&resolved, &shape, margin, exceeded.as_ref(), unstable.as_ref(), [time, checked]);
     outputs.report(&text)
 }
 

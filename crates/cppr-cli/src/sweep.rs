@@ -4,6 +4,7 @@ use crate::Failure;
 use crate::bundle_sweep;
 use crate::cloud::Workspace;
 use crate::command::{CommandArgs, DriveArgs, RestArgs, build};
+use crate::errors::Errors;
 use crate::figure;
 use crate::output::{self, note, write_or_print};
 use crate::outputs::Outputs;
@@ -203,6 +204,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let mut study = matches!(task.plan, Plan::Samples { .. }).then(|| Study::new(&task));
     let mut reasons = [const { None }; Verdict::ALL.len()];
+    let mut errors = Errors::new(&task);
     let visit = |chunk: &Chunk| {
         if let Some(study) = &mut study {
             study.visit(chunk);
@@ -217,6 +219,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(cloud) = &mut cloud {
             cloud.visit(chunk);
         }
+        errors.visit(chunk);
     };
     let finished = write_file(&task, &target, &options, progress, visit);
     bar.finish_and_clear();
@@ -225,10 +228,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let seconds = start.elapsed().as_secs_f64();
     let study = study.and_then(|study| study.report());
     if let Some(path) = json {
-        let whole = as_json(args, &task, &finished, &reasons, study.as_ref(), solved, seconds);
+        let mut whole = as_json(args, &task, &finished, &reasons, study.as_ref(), solved, seconds);
+        whole["accuracy"] = errors.json();
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
     let mut text = summary(args, &task, &finished, &reasons, solved, seconds);
+    text += &errors.text();
     if let Some(report) = study {
         text += &crate::study::text(&report);
     }

@@ -1,6 +1,7 @@
 //! The short table that a person reads.
 
 use crate::exceeded::Exceeded;
+use crate::resolved::Resolved;
 use crate::steep::steep;
 use crate::unstable::Unstable;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
@@ -58,15 +59,17 @@ pub fn counted(n: usize, what: &str) -> String {
 /// Bends that differ by less (deg) read the same.
 const SAME_BEND: f64 = 5e-3;
 
-/// Name, status, tip, efforts, margin with the direction in which the tip would go, limits exceeded, where an unstable robot goes, cost.
+/// Name, status, tip, efforts, error, margin with the direction in which the tip would go, limits exceeded, where an unstable robot goes, cost
+/// of the solve and of its error.
 pub fn table(
-    found: &Equilibrium,
+    resolved: &Resolved,
     shape: &Shape,
     margin: Option<(f64, [f64; 3])>,
     exceeded: Option<&Exceeded>,
     unstable: Option<&Unstable>,
-    time: Duration,
+    [time, checked]: [Duration; 2],
 ) -> String {
+    let found = &resolved.found;
     let mut text = String::new();
     let formulation = match found.settings().formulation {
         Formulation::Consistent => "consistent formulation",
@@ -110,6 +113,7 @@ pub fn table(
         line("", turn);
     }
     line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy() * 1e3, 4)));
+    line("accuracy", resolved.text());
     if let Some((margin, direction)) = margin {
         line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
         // At rest all motions are alike.
@@ -125,10 +129,12 @@ pub fn table(
     };
     let limit = exceeded.map_or(String::new(), |e| format!("; the limit {}", duration(e.time)));
     let aside = unstable.map_or(String::new(), |u| format!("; the stable shape {}", duration(u.time)));
-    line(
-        "cost",
-        format!("{}{steps}, {}{limit}{aside}", counted(s.iterations, "Newton step"), duration(time)),
-    );
+    let steps = format!("{}{steps}", counted(s.iterations, "Newton step"));
+    let [time, checked] = [time, checked].map(duration);
+    line("cost", format!("{steps}, {time}; the accuracy {checked}{limit}{aside}"));
+    if let Some(text) = resolved.warning() {
+        line("warning", text);
+    }
     for sentence in unstable.into_iter().flat_map(Unstable::text) {
         line("warning", sentence);
     }

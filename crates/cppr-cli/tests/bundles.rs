@@ -63,7 +63,7 @@ fn what_cannot_be_asked_is_said() {
     ] {
         refused(&[&["solve", S][..], arguments].concat(), fragment);
     }
-    let none = cppr(&["solve", S, "--pull", "2=60mm"]);
+    let none = cppr(&["solve", S, "--pull", "2=100mm"]);
     assert_eq!(none.status.code(), Some(3));
     assert!(text(&none.stderr).contains("no equilibrium was found"));
 }

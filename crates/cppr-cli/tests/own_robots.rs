@@ -52,12 +52,12 @@ fn tubes_without_notches_twist_and_stretch() {
 /// A push by force finds what the push by that motion finds.
 #[test]
 fn followers_with_a_helix_are_pushed_by_force() {
-    let by_motion = solved(HELICAL, "--pull -0.5mm");
-    near(number(&by_motion, "tension_N"), -1.736, 1e-3);
-    for force in [-0.2, -1.0, -1.736] {
-        let by_force = solved(HELICAL, &format!("--tension {force}N"));
+    let by_motion = solved(HELICAL, "--pull -0.5mm --refine 2");
+    near(number(&by_motion, "tension_N"), -1.7308, 2e-4);
+    for force in [-0.2, -1.0, -1.73] {
+        let by_force = solved(HELICAL, &format!("--tension {force}N --refine 2"));
         assert_eq!(by_force["status"], "converged", "{force} N");
-        let again = solved(HELICAL, &format!("--pull {}m", number(&by_force, "pull_m")));
+        let again = solved(HELICAL, &format!("--pull {}m --refine 2", number(&by_force, "pull_m")));
         near(number(&again, "tension_N"), force, 1e-6);
     }
     let folder = tempfile::tempdir().unwrap();
@@ -111,4 +111,35 @@ fn notches_that_end_before_the_tip_are_told() {
     }
     let section = text(&cppr(&["section", "robots/r1.toml"]).stdout);
     assert!(section.contains("the teeth of 5 mm count as notched"), "{section}");
+}
+
+/// Every answer has its discretisation error: more modes are taken where they are needed, and where they do not suffice the
+/// tip that needs none is told. The right tip of the second robot is an independent program's, whose fields have the steps as steps.
+#[test]
+fn answers_say_how_accurate_they_are() {
+    let part = |result: &Value| result["accuracy"]["tip_of_length"].as_f64().unwrap();
+    let smooth = solved("robots/r3.toml", "--pull 5mm");
+    assert!(part(&smooth) < 1e-6, "{smooth}");
+    assert_eq!(smooth["accuracy"]["against"], "integration");
+
+    let steps = "crates/cppr-cli/tests/data/steps_in_a_table.toml";
+    let shown = cppr(&["solve", steps, "--pull", "2mm"]);
+    assert_eq!(shown.status.code(), Some(0));
+    let table = text(&shown.stdout);
+    assert!(table.contains("; 4 times as many modes as usual"), "{table}");
+    assert!(table.contains("of the length only, not 1e-4"), "{table}");
+    assert!(table.contains("integrated without modes its tip is at 88.603 -50.168 0.000 mm"), "{table}");
+    let coarse = solved(steps, "--pull 2mm");
+    let own = &coarse["accuracy"];
+    assert!(part(&coarse) > 1e-3, "{own}");
+    let tip: Vec<f64> =
+        own["reference_tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    let right = [88.599e-3, -50.173e-3];
+    assert!((tip[0] - right[0]).hypot(tip[1] - right[1]) < 1e-4 * 0.115, "{tip:?}");
+    // An accuracy that is met ends the search; modes that were chosen stay.
+    let met = solved(steps, "--pull 2mm --accuracy 0.1");
+    assert_eq!(met["resolution"], smooth["resolution"]);
+    let chosen = cppr(&["solve", steps, "--pull", "2mm", "--refine", "2"]);
+    assert!(!text(&chosen.stdout).contains("of the length only"), "{}", text(&chosen.stdout));
+    refused(&["solve", steps, "--pull", "2mm", "--accuracy", "2"], "above 0 and up to 1");
 }

@@ -84,7 +84,7 @@ fn the_keys_of_schema_1() {
     let result = json(&["solve", "robots/r1.toml", "--tension", "1N", "--samples", "2", "--json", "-"]);
     assert_eq!(
         keys(&result),
-        "actuators command cppr_version critical_tip_direction elastic_energy_J formulation margin_to_instability \
+        "accuracy actuators command cppr_version critical_tip_direction elastic_energy_J formulation margin_to_instability \
          resolution robot schema schema_version sections statistics status status_text tip_position_m tip_rotation \
          total_bend_rad"
     );

@@ -8,6 +8,7 @@
 
 use crate::result_format::Lines;
 use cppr::analysis::{Section, Shape, TubeSection, total_bend};
+use cppr::bundle::{Accuracy, Against};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
@@ -41,6 +42,9 @@ pub struct ResultRecord {
     pub status_text: String,
     /// What the solve cost.
     pub statistics: StatisticsRecord,
+    /// Discretisation error; absent where there is no equilibrium.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
     /// Where the pose is beyond a limit of the robot, which, where, and how much of the command is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_exceeded: Option<serde_json::Value>,
@@ -50,6 +54,42 @@ pub struct ResultRecord {
     /// Its keys follow those above; none of them where the status is `not_converged`.
     #[serde(flatten)]
     pub solution: Option<SolutionRecord>,
+}
+
+/// Discretisation error of the solution.
+#[derive(Clone, Debug, Serialize)]
+pub struct AccuracyRecord {
+    /// Of the tip.
+    pub tip_m: f64,
+    /// Of the tip, as a part of the robot's length.
+    pub tip_of_length: f64,
+    /// Greatest of an actuation force.
+    pub force_N: f64,
+    /// Greatest of an actuation torque.
+    pub torque_Nm: f64,
+    /// `integration`: against the bundle integrated along its length; `half_the_modes`: against the solution with half as many modes.
+    pub against: &'static str,
+    /// Tip of that, in the base frame.
+    pub reference_tip_position_m: [f64; 3],
+}
+
+impl AccuracyRecord {
+    /// The error of the solution of a robot.
+    #[must_use]
+    pub fn new(robot: &Robot, accuracy: &Accuracy) -> Self {
+        let Accuracy { tip, force, torque, against, reference } = *accuracy;
+        Self {
+            tip_m: tip,
+            tip_of_length: tip / robot.length(),
+            force_N: force,
+            torque_Nm: torque,
+            against: match against {
+                Against::Integration => "integration",
+                Against::HalfTheModes => "half_the_modes",
+            },
+            reference_tip_position_m: reference.into(),
+        }
+    }
 }
 
 /// The robot that was solved.
@@ -312,6 +352,7 @@ impl ResultRecord {
                 load_steps: found.statistics().load_steps,
                 largest_scaled_residual: found.residual(),
             },
+            accuracy: None,
             limit_exceeded: None,
             stable_aside: None,
             solution: None,

@@ -122,8 +122,7 @@ impl Bundle {
         }
         let command = BundleCommand { drives, loads: all };
         let found = py.detach(|| {
-            let mut solver = BundleSolver::new(&self.bundle);
-            solver.stretch = stretch;
+            let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
             match start {
                 None => solver.solve(&command),
                 Some(start) => {
@@ -182,7 +181,7 @@ impl Bundle {
                 Freedom::PushPull => &mut own.translation,
                 Freedom::Rotation => &mut own.rotation,
             }) = input.prescribed(value);
-            full_turns(quantity, value).map_or(Ok(()), |text| errors::unit_warning(py, &text))
+            full_turns(quantity, value).map_or(Ok(()), |text| errors::warn(py, "UnitWarning", &text))
         };
         for (quantity, value) in KEYWORDS.into_iter().zip(keywords) {
             let Some(value) = value else { continue };
@@ -210,9 +209,7 @@ pub struct BundleEquilibrium {
 
 impl BundleEquilibrium {
     fn with<R>(&self, run: impl FnOnce(&BundleSolver<'_>) -> R) -> R {
-        let mut solver = BundleSolver::new(&self.bundle);
-        solver.stretch = self.stretch;
-        run(&solver)
+        run(&BundleSolver::new(&self.bundle).with_stretch(self.stretch))
     }
 
     fn efforts(&self, py: Python<'_>, get: impl Fn(&TubeEffort) -> f64) -> Py<PyArray1<f64>> {

@@ -57,7 +57,7 @@ fn drive(draft: &mut Draft, robot: &Robot, quantity: Quantity, value: &Bound<'_,
         let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
         draft.set(quantity.of_tube(tube), value).map_err(refused)?;
         match suspicious(quantity, robot, value) {
-            Some(text) => errors::unit_warning(py, &text),
+            Some(text) => errors::warn(py, "UnitWarning", &text),
             None => Ok(()),
         }
     };

@@ -42,8 +42,9 @@ impl<'py> Reader<'py> {
         tubes: &[Bound<'py, PyAny>],
     ) -> PyResult<RobotDesign> {
         if length > LONG && length.is_finite() {
-            errors::unit_warning(
+            errors::warn(
                 py,
+                "UnitWarning",
                 &format!("the robot is {length} m long; lengths are in metres: 150 mm is 0.150"),
             )?;
         }
@@ -106,7 +107,7 @@ impl<'py> Reader<'py> {
             let length = scalar("length")?;
             if length > LONG && length.is_finite() {
                 let text = format!("{own} is {length} m long; lengths are in metres: 150 mm is 0.150");
-                errors::unit_warning(self.py, &text)?;
+                errors::warn(self.py, "UnitWarning", &text)?;
             }
             self.length = length;
             parts.push(Part {
@@ -196,7 +197,7 @@ impl<'py> Reader<'py> {
         let (outer, inner) = (scalar("outer_radius")?, scalar("inner_radius")?);
         if outer > WIDE && outer.is_finite() {
             let text = format!("the outer radius of {own} is {outer} m; radii are in metres: 3 mm is 0.003");
-            errors::unit_warning(self.py, &text)?;
+            errors::warn(self.py, "UnitWarning", &text)?;
         }
         let polygon = |sides| Outline::Polygon { sides, outer_apothem: outer, inner_apothem: inner };
         let outline = match choice(own, tube, "shape", &["round", "square", "hexagon"])? {
@@ -240,7 +241,7 @@ impl<'py> Reader<'py> {
             let text = format!(
                 "Young's modulus of {own} is {youngs_modulus} Pa; moduli are in pascals: 5 GPa is 5e9"
             );
-            errors::unit_warning(self.py, &text)?;
+            errors::warn(self.py, "UnitWarning", &text)?;
         }
         let poissons_ratio = scalar("poissons_ratio")?;
         if !(poissons_ratio > -1.0 && poissons_ratio.is_finite()) {

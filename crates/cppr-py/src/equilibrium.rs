@@ -5,12 +5,13 @@ use crate::robot::{Robot, Shared};
 use crate::{analysis, command, errors};
 use cppr::Vector3;
 use cppr::analysis::{Section, Sensitivity, total_bend};
+use cppr::bundle::{Accuracy, Against};
 use cppr::kinematics::TipPose;
 use cppr::solve::{ActuatorState, SavedEquilibrium, Status};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
 
@@ -27,6 +28,7 @@ pub struct Equilibrium {
     tip: OnceLock<TipPose>,
     derivatives: OnceLock<Option<Sensitivity>>,
     critical: OnceLock<(f64, Vector3<f64>)>,
+    accuracy: OnceLock<Option<Accuracy>>,
     shape: OnceLock<Py<Shape>>,
 }
 
@@ -38,8 +40,22 @@ impl Equilibrium {
             tip: OnceLock::new(),
             derivatives: OnceLock::new(),
             critical: OnceLock::new(),
+            accuracy: OnceLock::new(),
             shape: OnceLock::new(),
         }
+    }
+
+    /// The same with an error that is known.
+    pub fn resolved(
+        shared: Arc<Shared>,
+        found: cppr::solve::Equilibrium,
+        accuracy: Option<Accuracy>,
+    ) -> Self {
+        let own = Self::new(shared, found);
+        if accuracy.is_some() {
+            own.accuracy.get_or_init(|| accuracy);
+        }
+        own
     }
 
     /// As the start of another solve of the same robot.
@@ -102,6 +118,24 @@ impl Equilibrium {
     #[getter]
     fn stable(&self) -> bool {
         self.found.status() == Status::Converged
+    }
+
+    #[getter]
+    fn accuracy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let found =
+            py.detach(|| *self.accuracy.get_or_init(|| self.shared.with(|w| w.accuracy(&self.found))));
+        let Some(Accuracy { tip, force, torque, against, reference }) = found else { return Ok(None) };
+        let own = PyDict::new(py);
+        own.set_item("tip", tip)?;
+        own.set_item("force", force)?;
+        own.set_item("torque", torque)?;
+        let against = match against {
+            Against::Integration => "integration",
+            Against::HalfTheModes => "half the modes",
+        };
+        own.set_item("against", against)?;
+        own.set_item("reference_tip", line(py, reference.iter().copied()))?;
+        Ok(Some(own))
     }
 
     #[getter]

@@ -37,9 +37,10 @@ pub fn wrong_type(what: &str, wanted: &str, given: &Bound<'_, PyAny>) -> PyErr {
     PyTypeError::new_err(format!("{what} must be {wanted}, not {name}"))
 }
 
-/// A warning that a number looks as if it were in another unit.
-pub fn unit_warning(py: Python<'_>, message: &str) -> PyResult<()> {
-    let category = class(py, "UnitWarning").unwrap_or_else(|_| py.get_type::<PyUserWarning>().into_any());
+/// A warning of one of the package's categories: `UnitWarning` where a number looks as if it were in another unit, `AccuracyWarning`
+/// where an answer is not as accurate as was asked for.
+pub fn warn(py: Python<'_>, category: &str, message: &str) -> PyResult<()> {
+    let category = class(py, category).unwrap_or_else(|_| py.get_type::<PyUserWarning>().into_any());
     let message = CString::new(message).unwrap_or_default();
     PyErr::warn(py, &category, &message, 1)
 }

@@ -194,7 +194,7 @@ pub fn solve_many(
         let values = values.as_slice()?;
         let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         if let Some(text) = suspicious(quantity, core, largest) {
-            errors::unit_warning(py, &text)?;
+            errors::warn(py, "UnitWarning", &text)?;
         }
         let input = quantity.of_tube(usize::try_from(*tube).unwrap_or(usize::MAX));
         let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));

@@ -6,6 +6,7 @@ use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use cppr::analysis::explained;
+use cppr::bundle::ACCURACY;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{SettingsProblem, Solver};
 use cppr_io::{robot_file, robot_text};
@@ -167,7 +168,7 @@ impl Robot {
     }
 
     /// The equilibrium under a command.
-    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, settings = None))]
+    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, settings = None, accuracy = Some(ACCURACY)), text_signature = "($self, pull=None, rotate=None, tension=None, torque=None, *, tip_force=None, tip_moment=None, loads=None, start=None, settings=None, accuracy=0.0001)")]
     fn solve<'py>(
         &self,
         py: Python<'py>,
@@ -180,7 +181,15 @@ impl Robot {
         loads: Option<Bound<'py, PyAny>>,
         start: Option<PyRef<'py, Equilibrium>>,
         settings: Option<Bound<'py, PyAny>>,
+        accuracy: Option<f64>,
     ) -> PyResult<Bound<'py, Equilibrium>> {
+        if let Some(part) = accuracy
+            && !(part > 0.0 && part <= 1.0)
+        {
+            return Err(PyValueError::new_err(format!(
+                "accuracy is {part}; it is a part of the robot's length above 0 and up to 1, or None for the modes of the settings"
+            )));
+        }
         let asked = Asked {
             drives: [pull.as_ref(), rotate.as_ref(), tension.as_ref(), torque.as_ref()],
             tip_force: tip_force.as_ref(),
@@ -193,17 +202,29 @@ impl Robot {
         let found = py.detach(|| {
             self.shared.with(|solver| {
                 solver.set_settings(settings)?;
-                Ok(match start {
-                    None => solver.solve(&command),
-                    Some(start) => solver.solve_from(&command, start),
+                Ok(match (start, accuracy) {
+                    (None, Some(part)) => solver.solve_resolved(&command, part),
+                    (None, None) => solver.solve(&command).map(|found| (found, None)),
+                    (Some(start), _) => solver.solve_from(&command, start).map(|found| (found, None)),
                 })
             })
         });
         let found = found.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
-        let found = found.map_err(|problem| errors::refused(py, &problem))?;
+        let (found, error) = found.map_err(|problem| errors::refused(py, &problem))?;
+        let length = self.shared.robot.length();
+        if let (Some(own), Some(part)) = (error, accuracy)
+            && own.tip > part * length
+        {
+            let text = format!(
+                "the tip is within {:.1e} of the length only, not {part:.1e}: the fields of this robot change faster along it than four times \
+                 as many modes follow",
+                own.tip / length
+            );
+            errors::warn(py, "AccuracyWarning", &text)?;
+        }
         let status = found.status();
         let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &command, found.status()));
-        let found = Equilibrium::new(Arc::clone(&self.shared), found).into_pyobject(py)?;
+        let found = Equilibrium::resolved(Arc::clone(&self.shared), found, error).into_pyobject(py)?;
         match why {
             None => Ok(found),
             Some(why) => Err(errors::no_equilibrium(py, status, &why, found.into_any())),

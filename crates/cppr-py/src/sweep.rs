@@ -94,7 +94,7 @@ pub fn sweep<'py>(
         let largest = if distribution == "normal" { a.abs() } else { a.abs().max(b.abs()) };
         let quantity = Quantity::named(what);
         if let Some(text) = quantity.and_then(|quantity| suspicious(quantity, &robot, largest)) {
-            errors::unit_warning(py, &text)?;
+            errors::warn(py, "UnitWarning", &text)?;
         }
     }
     let axes = axes.into_iter().map(axis).collect();

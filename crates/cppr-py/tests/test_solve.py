@@ -138,3 +138,21 @@ def test_two_threads_solve_at_the_same_time(r3: cppr.Robot) -> None:
     for thread in threads:
         thread.join()
     assert all((np.array(found[i]) == wanted).all() for i in range(4))
+
+
+def test_accuracy_is_told_and_adapts(r3: cppr.Robot) -> None:
+    found = r3.solve(pull=4e-3)
+    own = found.accuracy
+    assert own is not None and own["against"] == "integration"
+    assert 0 <= own["tip"] < 1e-4 * r3.length
+    # Beyond what four times as many modes reach.
+    with pytest.warns(cppr.AccuracyWarning, match="of the length only"):
+        r3.solve(pull=4e-3, accuracy=1e-15)
+    finer = r3.solve(pull=4e-3, accuracy=1e-8)
+    assert finer.accuracy is not None and finer.accuracy["tip"] <= own["tip"]
+    assert np.linalg.norm(found.tip_position - own["reference_tip"]) == pytest.approx(own["tip"])
+    bare = r3.solve(pull=4e-3, accuracy=None).accuracy
+    assert bare is not None and bare["tip"] == pytest.approx(own["tip"], rel=1e-3)
+    for wrong in (0.0, -1.0, 2.0, float("nan")):
+        with pytest.raises(ValueError, match="part of the robot's length"):
+            r3.solve(pull=4e-3, accuracy=wrong)

@@ -110,8 +110,7 @@ impl BundleTask {
 
     /// The rows of successive poses, one behind the other.
     fn run(&self, rows: std::ops::Range<u64>) -> Vec<f64> {
-        let mut solver = BundleSolver::new(&self.bundle);
-        solver.stretch = self.stretch;
+        let mut solver = BundleSolver::new(&self.bundle).with_stretch(self.stretch);
         let mut before: Option<BundleEquilibrium> = None;
         let mut table = Vec::new();
         for row in rows {

@@ -4,7 +4,7 @@ use crate::axis::{Values, Variable};
 use crate::design::{DesignKeys, KeyProblem};
 use crate::table::{Chunk, Verdict};
 use crate::task::{MOST_POSES, Plan, Task};
-use cppr::solve::{SettingsProblem, Solver};
+use cppr::solve::{Command, SettingsProblem, Solver, Status};
 use std::fmt;
 
 /// What is wrong with a task. `axis` is the name of its column.
@@ -113,29 +113,42 @@ impl Task {
     /// says all.
     #[must_use]
     pub fn reason(&self, chunk: &Chunk, row: usize) -> Option<String> {
-        let status = self.axes.len();
-        let verdict = Verdict::from_code(chunk.column(status)[row])?;
+        let verdict = Verdict::from_code(chunk.column(self.axes.len())[row])?;
         if !matches!(verdict, Verdict::InvalidDesign | Verdict::InvalidCommand) {
             return None;
         }
+        match self.row(chunk, row) {
+            Ok((solver, command)) => solver.check(&command).err().map(|problem| problem.to_string()),
+            Err(problem) => Some(problem),
+        }
+    }
+
+    /// Discretisation error of the tip of a row, as a part of the length: of the same pose solved from rest. None where that is no stable
+    /// equilibrium or its error is not known.
+    #[must_use]
+    pub fn error(&self, chunk: &Chunk, row: usize) -> Option<f64> {
+        let (mut solver, command) = self.row(chunk, row).ok()?;
+        let found = solver.solve(&command).ok().filter(|found| found.status() == Status::Converged)?;
+        let own = solver.accuracy(&found)?;
+        Some(own.tip / found.robot().length())
+    }
+
+    /// A solver of the robot of a row, and its command.
+    fn row(&self, chunk: &Chunk, row: usize) -> Result<(Solver, Command), String> {
         let of = |axis: usize| chunk.column(axis)[row];
-        let built = self.varies_design().then(|| {
+        let axes = 0..self.axes.len();
+        let robot = if self.varies_design() {
             let mut keys =
                 DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(|p| p.to_string())?;
             let design = |axis: &usize| matches!(self.axes[*axis].variable, Variable::Design(_));
-            keys.robot(&(0..status).filter(design).map(of).collect::<Vec<_>>())
-        });
-        let robot = match &built {
-            None => &self.robot,
-            Some(Ok(robot)) => robot,
-            Some(Err(problems)) => return Some(problems.clone()),
+            keys.robot(&axes.filter(design).map(of).collect::<Vec<_>>())?
+        } else {
+            self.robot.clone()
         };
         let mut command = self.base.clone();
         self.axes.iter().enumerate().for_each(|(axis, own)| own.variable.put(&mut command, of(axis)));
-        match Solver::with_settings(robot, self.settings) {
-            Ok(solver) => solver.check(&command).err().map(|problem| problem.to_string()),
-            Err(problem) => Some(problem.to_string()),
-        }
+        let solver = Solver::with_settings(&robot, self.settings).map_err(|problem| problem.to_string())?;
+        Ok((solver, command))
     }
 
     pub(crate) fn design_keys(&self) -> Vec<&str> {

@@ -82,7 +82,8 @@ fn an_independent_program_finds_the_same() {
     for case in cases() {
         let name = case["name"].as_str().unwrap();
         let bundle = Bundle::new(&design(&case)).unwrap();
-        let found = BundleSolver::new(&bundle).solve(&command(&case));
+        let mut solver = BundleSolver::new(&bundle);
+        let found = solver.solve(&command(&case));
         assert!(found.converged && found.stable, "{name}");
         let expected = &case["expected"];
         let off = (found.tip - Vector3::from_vec(list(expected, "tip_m"))).norm();
@@ -162,8 +163,7 @@ fn the_tip_jacobian_is_the_slope_of_the_tip() {
     for case in cases() {
         let name = case["name"].as_str().unwrap();
         let bundle = Bundle::new(&design(&case)).unwrap();
-        let mut solver = BundleSolver::new(&bundle);
-        solver.tolerance = 1e-10;
+        let mut solver = BundleSolver::new(&bundle).with_tolerance(1e-10);
         let command = command(&case);
         let found = solver.solve(&command);
         let jacobian = solver.tip_jacobian(&found).unwrap();
@@ -171,7 +171,7 @@ fn the_tip_jacobian_is_the_slope_of_the_tip() {
         for (tube, _) in command.drives.iter().enumerate() {
             for which in 0..2 {
                 let unit = if which == 0 { 1e-5 } else { 1e-3 };
-                let at = |sign: f64| {
+                let mut at = |sign: f64| {
                     let mut moved = command.clone();
                     let drive = &mut moved.drives[tube];
                     let own = if which == 0 { &mut drive.translation } else { &mut drive.rotation };

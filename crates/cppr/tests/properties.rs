@@ -455,7 +455,7 @@ fn commands_that_make_no_sense_are_refused_with_a_reason() {
     let turned = Actuator { push_pull: Drive::Motion(0.0), rotation: Drive::Motion(0.1) };
     refused(&Command { actuators: vec![turned], ..Command::pull(&[]) }, &Settings::planar(), "planar");
     let sideways = Command::pull(&[1e-3]).with_loads(Loads::tip_force(Vector3::z()));
-    refused(&sideways, &Settings::planar(), "across the X-Y plane");
+    refused(&sideways, &Settings::planar(), "the force on the tip acts out of the plane X-Y");
     let backwards = DistributedForce { force: Vector3::y(), from: 0.05, to: 0.02 };
     let loads = Loads { distributed: vec![backwards], ..Loads::none() };
     refused(&Command::pull(&[1e-3]).with_loads(loads), &settings, "smaller label first");

@@ -79,7 +79,7 @@ fn tip_angle(solver: &BundleSolver, found: &BundleEquilibrium) -> f64 {
     last.tubes[1].angle - last.tubes[0].angle
 }
 
-fn turned(solver: &BundleSolver, start: &BundleEquilibrium, angle: f64) -> BundleEquilibrium {
+fn turned(solver: &mut BundleSolver, start: &BundleEquilibrium, angle: f64) -> BundleEquilibrium {
     let mut command = solver.held();
     command.drives[1].rotation = Drive::Motion(angle);
     solver.solve_from(&command, start)
@@ -93,7 +93,7 @@ fn the_angles_are_those_of_a_pendulum() {
     let slenderness = slenderness(LENGTH);
     for step in 1..=23 {
         let angle = f64::from(step) * 10_f64.to_radians();
-        found = turned(&solver, &found, angle);
+        found = turned(&mut solver, &found, angle);
         assert!(found.converged && found.stable);
         let tip = tip_angle(&solver, &found);
         let off = base_angle(tip, slenderness) - angle;
@@ -114,7 +114,7 @@ fn two_curved_tubes_snap_at_the_closed_form() {
         let (from, width) = (low, (high - low) / f64::from(steps));
         for step in 1..=steps {
             let angle = from + width * f64::from(step);
-            let next = turned(&solver, &found, angle);
+            let next = turned(&mut solver, &found, angle);
             if next.converged && next.stable && tip_angle(&solver, &next) < PI {
                 (found, low) = (next, angle);
             } else {
@@ -136,7 +136,7 @@ fn short_tubes_do_not_snap() {
     let mut found = solver.solve(&solver.held());
     let mut before = 0.0;
     for step in 1..=36 {
-        found = turned(&solver, &found, f64::from(step) * 10_f64.to_radians());
+        found = turned(&mut solver, &found, f64::from(step) * 10_f64.to_radians());
         assert!(found.converged && found.stable, "step {step}");
         let tip = tip_angle(&solver, &found);
         assert!(tip > before && tip - before < 1.0, "step {step}: {before} to {tip}");

@@ -32,6 +32,7 @@ from ._design import (
     TubeLike,
 )
 from ._errors import (
+    AccuracyWarning,
     CalibrationError,
     CommandError,
     Error,
@@ -71,6 +72,7 @@ for _class, _method in (
     setattr(_class, _method.__name__, _method)
 
 __all__ = [
+    "AccuracyWarning",
     "Branch",
     "Bundle",
     "BundleEquilibrium",

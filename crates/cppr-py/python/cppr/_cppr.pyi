@@ -113,6 +113,7 @@ class Robot:
         loads: Iterable[Load] | None = None,
         start: Equilibrium | None = None,
         settings: Settings | None = None,
+        accuracy: float | None = 1e-4,
     ) -> Equilibrium:
         """The equilibrium under prescribed motions or efforts and loads.
 
@@ -122,8 +123,11 @@ class Robot:
         centre of the tip; `loads` holds others. `start` is an equilibrium of this robot to start at; without it the
         solve starts from rest.
 
+        From rest, `accuracy` is the error of the tip that is accepted, as a part of the robot's length: where the modes of the
+        settings exceed it, twice or four times as many are taken; None leaves them as they are. See `Equilibrium.accuracy`.
+
         An unstable equilibrium is returned: see `Equilibrium.stable`. Raises `NoEquilibrium` where there is none,
-        `CommandError` for what cannot be asked of this robot; warns with `UnitWarning`.
+        `CommandError` for what cannot be asked of this robot; warns with `UnitWarning` and `AccuracyWarning`.
         """
 
     def solve_many(
@@ -256,6 +260,12 @@ class Equilibrium:
     @property
     def margin(self) -> float:
         """Margin to instability: 1 at rest, 0 where the robot snaps; NaN in the printed formulation."""
+
+    @property
+    def accuracy(self) -> dict[str, Any] | None:
+        """Discretisation error: of the tip (`tip`, m), the greatest of a tension (`force`, N) and of a torque (`torque`, N m), and what it was
+        compared `against`: "integration" of the same bundle from the plate to the tip, or "half the modes", whose tip is `reference_tip` (m). None where the integration
+        finds no counterpart, and without an equilibrium."""
 
     @property
     def critical_direction(self) -> _Floats:

@@ -71,3 +71,7 @@ class NoEquilibrium(Error, ArithmeticError):
 
 class UnitWarning(UserWarning):
     """A number looks as if it were given in another unit than SI."""
+
+
+class AccuracyWarning(UserWarning):
+    """The answer is not as accurate as was asked for."""

@@ -7,7 +7,7 @@
 use super::curve::Piece;
 use super::number::Number;
 use super::prepared::{Applied, Prepared, array};
-use super::section::{Contribution, Tube, TubeState, Unbalanced, Weight, balance};
+use super::section::{Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
 use super::vector::{columns, cross, dot, sum};
 
 /// Numbers of the pose, and of the loads.
@@ -25,7 +25,8 @@ pub(crate) struct Section<'a, S> {
     pub flow: &'a Flow<'a, S>,
     /// ω_y, ω_z in the untwisted frame (1/m).
     pub omega: [S; 2],
-    pub contributions: &'a [Contribution<S>],
+    /// Per tube: x' = g/h°, and α'.
+    pub rates: &'a [[S; 2]],
 }
 
 /// The tubes at a place and the state vector.
@@ -40,6 +41,7 @@ pub(crate) struct Flow<'a, S> {
     posed: bool,
     /// Where ω was found last.
     omega: [f64; 2],
+    scratch: Scratch<'a, S>,
 }
 
 /// What a wrench does to the section that it acts on.
@@ -60,6 +62,7 @@ impl<'a, S: Number> Flow<'a, S> {
             distributed: Vec::new(),
             posed,
             omega: [0.0; 2],
+            scratch: Scratch::default(),
         }
     }
 
@@ -117,11 +120,12 @@ impl<'a, S: Number> Flow<'a, S> {
     }
 
     /// The tubes at given values, and the moment that they balance, in the untwisted frame.
-    fn section(&self, values: &[S]) -> (Vec<Tube<'a, S>>, [S; 2], Option<Pose<S>>) {
+    fn section(&self, values: &[S], scratch: &mut Scratch<'a, S>) -> ([S; 2], Option<Pose<S>>) {
         let command = self.command;
         let pose = self.posed.then(|| self.pose_in(values));
         let frame = pose.map(|(centre, turn)| (centre, columns(turn)));
-        let mut moment = [S::constant(0.0); 2];
+        let zero = S::constant(0.0);
+        let mut moment = [zero; 2];
         if let (true, Some((centre, [_, y, z]))) = (command.loaded, frame) {
             let (force, about) = self.loads_in(values);
             let arm = cross(centre, force);
@@ -135,7 +139,9 @@ impl<'a, S: Number> Flow<'a, S> {
             }
             _ => None,
         };
-        let tubes = self.present.iter().zip(&self.pieces).enumerate().map(|(place, (&tube, piece))| {
+        scratch.tubes.clear();
+        scratch.inputs.clear();
+        for (place, (&tube, piece)) in self.present.iter().zip(&self.pieces).enumerate() {
             let mut state = Self::state(values, place);
             if let (0, Some((centre, _))) = (tube, frame) {
                 for &number in &self.distributed {
@@ -143,46 +149,62 @@ impl<'a, S: Number> Flow<'a, S> {
                     state.tension = state.tension - dot(force, centre);
                 }
             }
-            Tube::new(piece, state, weight, command.stretch)
-        });
-        (tubes.collect(), moment, frame)
+            let [height, y, z] = weight.map_or([zero; 3], |w| [w.height, w.across[0], w.across[1]]);
+            let TubeState { label, tension, angle, torque } = state;
+            scratch.inputs.push([label, tension, angle, torque, zero, zero, height, y, z]);
+            let state = TubeState {
+                label: label.value(),
+                tension: tension.value(),
+                angle: angle.value(),
+                torque: torque.value(),
+            };
+            let weight =
+                weight.map(|w| Weight { height: w.height.value(), across: w.across.map(Number::value) });
+            scratch.tubes.push(Tube::new(piece, state, weight, command.stretch));
+        }
+        (moment, frame)
     }
 
     /// Slopes of the state vector by the label of the tube at place `leading`, or by s.
     pub fn slopes(&mut self, leading: Option<usize>, out: &mut [S]) -> Result<(), Unbalanced> {
         let mut omega = self.omega;
-        let result = self.slopes_at(&self.values, leading, &mut omega, out);
+        let values = std::mem::take(&mut self.values);
+        let result = self.slopes_at(&values, leading, &mut omega, out);
+        self.values = values;
         self.omega = omega;
         result
     }
 
     /// The same at other values.
     pub fn slopes_at(
-        &self,
+        &mut self,
         values: &[S],
         leading: Option<usize>,
         guess: &mut [f64; 2],
         out: &mut [S],
     ) -> Result<(), Unbalanced> {
-        let (tubes, moment, frame) = self.section(values);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let (moment, frame) = self.section(values, &mut scratch);
         let zero = S::constant(0.0);
-        let tail = 4 * tubes.len();
+        let tail = 4 * scratch.tubes.len();
         let (mut mass, mut arm) = (zero, [zero; 2]);
         let mut leader = zero;
-        let found = balance(&tubes, moment, guess, |place, own: &Contribution<S>| {
-            out[4 * place] = own.advance;
-            out[4 * place + 1] = -own.by_label;
-            out[4 * place + 2] = own.twist;
-            out[4 * place + 3] = own.by_angle;
+        let found = balance(&mut scratch, moment, guess, |place, own: &Seen<S>| {
+            out[4 * place] = own.advance();
+            out[4 * place + 1] = -own.by_label();
+            out[4 * place + 2] = own.twist();
+            out[4 * place + 3] = own.by_angle();
             if self.present[place] == 0 {
-                leader = own.advance;
+                leader = out[4 * place];
             }
             if self.command.gravity.is_some() {
-                mass += own.mass;
-                arm = [arm[0] + own.mass * own.arm[0], arm[1] + own.mass * own.arm[1]];
+                let (own_mass, own_arm) = (own.mass(), own.arm());
+                mass += own_mass;
+                arm = [arm[0] + own_mass * own_arm[0], arm[1] + own_mass * own_arm[1]];
             }
-        })?;
-        let [wy, wz] = found.omega;
+        });
+        self.scratch = scratch;
+        let [wy, wz] = found?;
         out[tail] = S::constant(1.0);
         if let Some((centre, [x, y, z])) = frame {
             out[tail + 1..tail + 4].copy_from_slice(&x);
@@ -227,38 +249,46 @@ impl<'a, S: Number> Flow<'a, S> {
         self.omega
     }
 
+    /// ω at the place, G there (N), and what `each` sees.
+    fn look(&mut self, each: &mut dyn FnMut(usize, &Seen<S>)) -> Result<([S; 2], S), Unbalanced> {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let (moment, _) = self.section(&self.values, &mut scratch);
+        let mut omega = self.omega;
+        let mut energy = S::constant(0.0);
+        let found = balance(&mut scratch, moment, &mut omega, |place, own| {
+            energy += own.energy();
+            each(place, own);
+        });
+        self.scratch = scratch;
+        let found = found?;
+        self.omega = omega;
+        Ok((found, energy - (moment[0] * found[0] + moment[1] * found[1])))
+    }
+
     /// The section at the place, for a visitor.
-    pub fn visit(&self, see: &mut dyn FnMut(&Section<S>)) -> Result<(), Unbalanced> {
-        let (tubes, moment, _) = self.section(&self.values);
-        let mut contributions = Vec::with_capacity(tubes.len());
-        let found = balance(&tubes, moment, &mut self.guess(), |_, own| contributions.push(*own))?;
-        see(&Section { flow: self, omega: found.omega, contributions: &contributions });
+    pub fn visit(&mut self, see: &mut dyn FnMut(&Section<S>)) -> Result<(), Unbalanced> {
+        let mut rates = Vec::with_capacity(self.present.len());
+        let (omega, _) = self.look(&mut |_, own| rates.push([own.advance(), own.twist()]))?;
+        see(&Section { flow: self, omega, rates: &rates });
         Ok(())
     }
 
     /// G at the place (N).
     pub fn energy(&mut self) -> Result<S, Unbalanced> {
-        let (tubes, moment, _) = self.section(&self.values);
-        let mut omega = self.omega;
-        let found = balance(&tubes, moment, &mut omega, |_, _| {})?;
-        self.omega = omega;
-        Ok(found.energy)
+        Ok(self.look(&mut |_, _| {})?.1)
     }
 
     /// Gives the tension of one tube the value at which G becomes `wanted`.
     pub fn restore(&mut self, place: usize, wanted: S) -> Result<(), Unbalanced> {
         // G grows with T at the rate g/h°, and is concave in it.
         for turn in 0..RESTORING {
-            let (tubes, moment, _) = self.section(&self.values);
             let mut rate = 1.0;
-            let mut omega = self.omega;
-            let found = balance(&tubes, moment, &mut omega, |p, own| {
+            let (_, energy) = self.look(&mut |p, own| {
                 if p == place {
-                    rate = own.advance.value();
+                    rate = own.advance().value();
                 }
             })?;
-            self.omega = omega;
-            let missing = wanted - found.energy;
+            let missing = wanted - energy;
             let tension = self.values[4 * place + 1];
             self.values[4 * place + 1] = tension.plus(1.0 / rate, missing);
             let small = 1e-9 * (self.command.force_scale + tension.value().abs());

@@ -37,6 +37,15 @@ pub(crate) trait Number:
     /// self + factor · other.
     fn plus(self, factor: f64, other: Self) -> Self;
 
+    /// The number with another value. By how much it differs is added to the last slope, see [`steps`](super::steps).
+    fn moved_to(self, value: f64) -> Self;
+
+    /// Slopes by the inputs.
+    fn slopes(&self) -> &[f64];
+
+    /// A function of numbers, given its value and its slopes by them.
+    fn combine(value: f64, weights: &[f64], numbers: &[Self]) -> Self;
+
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value().sin_cos();
         (self.chain(sin, cos), self.chain(cos, -sin))
@@ -73,6 +82,18 @@ impl Number for f64 {
 
     fn plus(self, factor: f64, other: Self) -> Self {
         self + factor * other
+    }
+
+    fn moved_to(self, value: f64) -> Self {
+        value
+    }
+
+    fn slopes(&self) -> &[f64] {
+        &[]
+    }
+
+    fn combine(value: f64, _: &[f64], _: &[Self]) -> Self {
+        value
     }
 }
 
@@ -124,6 +145,29 @@ impl<const P: usize> Number for Dual<P> {
             *own += factor * other;
         }
         self
+    }
+
+    fn moved_to(mut self, value: f64) -> Self {
+        if let Some(last) = self.slopes.last_mut() {
+            *last += self.value - value;
+        }
+        self.value = value;
+        self
+    }
+
+    fn slopes(&self) -> &[f64] {
+        &self.slopes
+    }
+
+    #[inline]
+    fn combine(value: f64, weights: &[f64], numbers: &[Self]) -> Self {
+        let mut slopes = [0.0; P];
+        for (weight, number) in weights.iter().zip(numbers) {
+            for (own, slope) in slopes.iter_mut().zip(&number.slopes) {
+                *own += weight * slope;
+            }
+        }
+        Self { value, slopes }
     }
 }
 

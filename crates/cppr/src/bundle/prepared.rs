@@ -52,10 +52,11 @@ pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
 
 impl Prepared {
     pub fn new(bundle: &Bundle, loads: &Loads, stretch: bool) -> Self {
+        let Loads { wrenches, distributed, gravity, threads } = loads;
         let (mut points, mut tip) = (Vec::new(), Vec::new());
         let mut dead_force = Vector3::zeros();
-        let mut dead = loads.gravity.is_none() && loads.distributed.is_empty() && loads.threads.is_empty();
-        for wrench in &loads.wrenches {
+        let mut dead = gravity.is_none() && distributed.is_empty() && threads.is_empty();
+        for wrench in wrenches {
             dead &= wrench.frame == Frame::World;
             dead_force += wrench.force;
             match wrench.station {
@@ -63,7 +64,7 @@ impl Prepared {
                 Station::Label(label) => points.push((label, Applied::Wrench(*wrench))),
             }
         }
-        tip.extend(loads.threads.iter().map(|thread| Applied::Thread(*thread)));
+        tip.extend(threads.iter().map(|thread| Applied::Thread(*thread)));
         let mut stops: Vec<Vec<(f64, Stop)>> = bundle
             .tubes
             .iter()
@@ -78,7 +79,7 @@ impl Prepared {
         }
         if let Some(leader) = stops.first_mut() {
             leader.extend(points.iter().enumerate().map(|(i, (label, _))| (*label, Stop::Load(i))));
-            for (i, d) in loads.distributed.iter().enumerate() {
+            for (i, d) in distributed.iter().enumerate() {
                 leader.extend([(d.from, Stop::Begin(i)), (d.to, Stop::End(i))]);
             }
         }
@@ -96,8 +97,8 @@ impl Prepared {
             dead_force: array(&dead_force),
             points,
             tip,
-            distributed: loads.distributed.clone(),
-            gravity: loads.gravity.as_ref().map(array),
+            distributed: distributed.clone(),
+            gravity: gravity.as_ref().map(array),
             stretch,
             stops,
             force_scale: bundle.bending / (bundle.length * bundle.length),

@@ -18,7 +18,7 @@
 //! Slopes of G are the equations of the bundle (Hamilton's): x' = ∂G/∂T, T' = −∂G/∂x, α' = −∂G/∂π, π' = ∂G/∂α.
 
 use super::curve::{FIELDS, Piece};
-use super::number::{Field, Number};
+use super::number::{Dual, Field, Number};
 use std::ops::{Add, Mul, Sub};
 
 /// State of one tube at a section.
@@ -63,13 +63,6 @@ impl<F: Copy> Fields<F> {
     }
 }
 
-/// Section axes of one tube.
-#[derive(Clone, Copy, Debug)]
-struct Axes<S> {
-    sin: S,
-    cos: S,
-}
-
 /// What a tube contributes at the rates of rotation found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution<S> {
@@ -91,11 +84,13 @@ pub(crate) struct Contribution<S> {
 }
 
 /// One tube at a section.
-pub(crate) struct Tube<'a, S> {
+pub(crate) struct Tube<'a> {
     pub piece: &'a Piece,
-    pub state: TubeState<S>,
-    pub weight: Option<Weight<S>>,
-    axes: Axes<S>,
+    state: TubeState<f64>,
+    weight: Option<Weight<f64>>,
+    /// Of ψ = α + φ(x).
+    sin: f64,
+    cos: f64,
     direction: [f64; 3],
     /// For the search of ω: fields and shares in plain numbers.
     plain: Plain,
@@ -171,75 +166,170 @@ const TURNS: usize = 30;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Unbalanced;
 
-impl<'a, S: Number> Tube<'a, S> {
-    pub fn new(piece: &'a Piece, state: TubeState<S>, weight: Option<Weight<S>>, stretch: bool) -> Self {
-        let x = state.label.value();
-        let direction = piece.direction(x);
-        let turned = if piece.is_straight() {
-            state.angle + direction[0]
-        } else {
-            state.angle + state.label.chain(direction[0], direction[1])
-        };
-        let (sin, cos) = turned.sin_cos();
+/// What a tube's contribution depends on, in this order: label, tension, angle, torque, ω_y, ω_z, then what its weight depends on:
+/// height, across y and z.
+pub(crate) const INPUTS: usize = 9;
+/// The same without weight.
+const UNWEIGHTED: usize = 6;
+
+/// A tube's contribution and its slopes by its inputs.
+pub(crate) struct Local {
+    values: [f64; OUTPUTS],
+    slopes: [[f64; INPUTS]; OUTPUTS],
+    used: usize,
+}
+
+/// How many numbers a contribution has.
+const OUTPUTS: usize = 10;
+
+impl Local {
+    fn of<L: Number>(found: &Contribution<L>) -> Self {
+        let Contribution { energy, moment, advance, twist, by_angle, by_label, mass, arm } = *found;
+        let all = [energy, moment[0], moment[1], advance, twist, by_angle, by_label, mass, arm[0], arm[1]];
+        let mut slopes = [[0.0; INPUTS]; OUTPUTS];
+        let mut used = 0;
+        for (own, number) in slopes.iter_mut().zip(&all) {
+            used = number.slopes().len();
+            own[..used].copy_from_slice(number.slopes());
+        }
+        Self { values: all.map(Number::value), slopes, used }
+    }
+}
+
+/// A contribution in the numbers of the integration: each is made when it is asked for.
+pub(crate) struct Seen<'b, S> {
+    local: &'b Local,
+    inputs: &'b [S; INPUTS],
+}
+
+impl<S: Number> Seen<'_, S> {
+    #[inline]
+    fn output(&self, which: usize) -> S {
+        let used = self.local.used;
+        S::combine(self.local.values[which], &self.local.slopes[which][..used], &self.inputs[..used])
+    }
+
+    pub fn energy(&self) -> S {
+        self.output(0)
+    }
+
+    fn moment(&self) -> [S; 2] {
+        [self.output(1), self.output(2)]
+    }
+
+    pub fn advance(&self) -> S {
+        self.output(3)
+    }
+
+    pub fn twist(&self) -> S {
+        self.output(4)
+    }
+
+    pub fn by_angle(&self) -> S {
+        self.output(5)
+    }
+
+    pub fn by_label(&self) -> S {
+        self.output(6)
+    }
+
+    pub fn mass(&self) -> S {
+        self.output(7)
+    }
+
+    pub fn arm(&self) -> [S; 2] {
+        [self.output(8), self.output(9)]
+    }
+}
+
+impl<'a> Tube<'a> {
+    pub fn new(piece: &'a Piece, state: TubeState<f64>, weight: Option<Weight<f64>>, stretch: bool) -> Self {
+        let direction = piece.direction(state.label);
+        let (sin, cos) = (state.angle + direction[0]).sin_cos();
         let f = Fields::from_table(match &piece.uniform {
             Some(values) => *values,
-            None => std::array::from_fn(|i| piece.field(i, x)[0]),
+            None => std::array::from_fn(|i| piece.field(i, state.label)[0]),
         });
         let h0 = 1.0 - f.offset * f.rest_z;
         let rest = [f.rest_y / h0, f.rest_z / h0];
-        let mut tension = state.tension.value();
+        let mut tension = state.tension;
         if let Some(w) = &weight {
-            let across = w.across.map(Number::value);
-            tension -=
-                f.mass * (w.height.value() + f.offset * (across[0] * cos.value() + across[1] * sin.value()));
+            tension -= f.mass * (w.height + f.offset * (w.across[0] * cos + w.across[1] * sin));
         }
-        let torque = state.torque.value();
+        let torque = state.torque;
         let push = f.bend_y * rest[0] * rest[0] + f.bend_z * rest[1] * rest[1] - torque * torque / f.torsion
             + 2.0 * tension / h0
             + if stretch { f.axial } else { 0.0 };
         let plain = Plain {
-            sin: sin.value(),
-            cos: cos.value(),
+            sin,
+            cos,
             offset: f.offset,
             bend: [f.bend_y, f.bend_z],
             rest,
             push,
             axial: stretch.then_some(f.axial),
         };
-        Self { piece, state, weight, axes: Axes { sin, cos }, direction, plain }
+        Self { piece, state, weight, sin, cos, direction, plain }
     }
 
-    /// The contribution at ω.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // What the first pass of `balance` does not ask for is then not computed.
-    pub fn contribution(&self, omega: [S; 2]) -> Contribution<S> {
-        if let Some(values) = &self.piece.uniform {
-            return self.with_fields(omega, Fields::from_table(*values), None);
+    /// The contribution at ω, with its slopes where those are asked for.
+    pub fn local(&self, omega: [f64; 2], sloped: bool) -> Local {
+        match (sloped, self.weight.is_some()) {
+            (false, _) => Local::of(&self.contribution(omega, |value, _| value)),
+            (true, false) => Local::of(&self.contribution(omega, Dual::<UNWEIGHTED>::input)),
+            (true, true) => Local::of(&self.contribution(omega, Dual::<INPUTS>::input)),
         }
-        let x = self.state.label;
-        let jets: [[f64; 3]; FIELDS] = std::array::from_fn(|i| self.piece.field(i, x.value()));
-        let fields = Fields::from_table(jets.map(|[v, d, _]| x.chain(v, d)));
-        let slopes = Fields::from_table(jets.map(|[_, d, dd]| x.chain(d, dd)));
-        self.with_fields(omega, fields, Some(slopes))
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // One for each kind of number.
+    fn contribution<L: Number>(&self, omega: [f64; 2], input: impl Fn(f64, usize) -> L) -> Contribution<L> {
+        let TubeState { label, tension, angle, torque } = self.state;
+        let state = TubeState {
+            label: input(label, 0),
+            tension: input(tension, 1),
+            angle: input(angle, 2),
+            torque: input(torque, 3),
+        };
+        let omega = [input(omega[0], 4), input(omega[1], 5)];
+        let weight = self.weight.map(|w| Weight {
+            height: input(w.height, 6),
+            across: [input(w.across[0], 7), input(w.across[1], 8)],
+        });
+        if let Some(values) = &self.piece.uniform {
+            return self.with_fields(&state, omega, weight, Fields::from_table(*values), None);
+        }
+        let jets: [[f64; 3]; FIELDS] = std::array::from_fn(|i| self.piece.field(i, label));
+        let fields = Fields::from_table(jets.map(|[v, d, _]| state.label.chain(v, d)));
+        let slopes = Fields::from_table(jets.map(|[_, d, dd]| state.label.chain(d, dd)));
+        self.with_fields(&state, omega, weight, fields, Some(slopes))
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    fn with_fields<F>(&self, omega: [S; 2], f: Fields<F>, slopes: Option<Fields<S>>) -> Contribution<S>
+    fn with_fields<L, F>(
+        &self,
+        state: &TubeState<L>,
+        omega: [L; 2],
+        weight: Option<Weight<L>>,
+        f: Fields<F>,
+        slopes: Option<Fields<L>>,
+    ) -> Contribution<L>
     where
         F: Field,
-        S: Mul<F, Output = S> + Add<F, Output = S> + Sub<F, Output = S>,
+        L: Number + Mul<F, Output = L> + Add<F, Output = L> + Sub<F, Output = L>,
     {
-        let Axes { sin, cos } = self.axes;
-        let TubeState { tension, torque, .. } = self.state;
+        let TubeState { label, tension, angle, torque } = *state;
+        let turned = angle + label.chain(self.direction[0], self.direction[1]);
+        let (sin, cos) = (turned.chain(self.sin, self.cos), turned.chain(self.cos, -self.sin));
         let (wy, wz) = (omega[0] * cos + omega[1] * sin, omega[1] * cos - omega[0] * sin);
-        let one = S::constant(1.0);
+        let one = L::constant(1.0);
         let h = one - wz * f.offset;
         let h0 = (f.offset * f.rest_z).one_minus();
         let inverse_h0 = h0.inverse();
         let (ky, kz) = (f.rest_y * inverse_h0, f.rest_z * inverse_h0);
         // The weight of the tube pulls at its label like a tension.
-        let lifted = self.weight.as_ref().map(|w| {
+        let lifted = weight.as_ref().map(|w| {
             let along = w.across[0] * cos + w.across[1] * sin;
             let across = w.across[1] * cos - w.across[0] * sin;
             let potential = w.height + along * f.offset;
@@ -278,7 +368,7 @@ impl<'a, S: Number> Tube<'a, S> {
         if let Some((_, _, across)) = &lifted {
             by_angle = by_angle - mass * f.offset * *across;
         }
-        let mut by_label = S::constant(0.0);
+        let mut by_label = L::constant(0.0);
         if let Some(d) = slopes {
             let h0_slope = -(d.offset * f.rest_z + d.rest_z * f.offset);
             let ky_slope = (d.rest_y - h0_slope * ky) * inverse_h0;
@@ -296,7 +386,7 @@ impl<'a, S: Number> Tube<'a, S> {
             }
         }
         if !self.piece.is_straight() {
-            by_label += by_angle * self.state.label.chain(self.direction[1], self.direction[2]);
+            by_label += by_angle * label.chain(self.direction[1], self.direction[2]);
         }
         Contribution {
             energy,
@@ -311,22 +401,30 @@ impl<'a, S: Number> Tube<'a, S> {
     }
 }
 
-/// Rates of rotation at which the tubes balance a moment, and what each contributes there.
-pub(crate) struct Balance<S> {
-    /// ω_y, ω_z in the untwisted frame (1/m).
-    pub omega: [S; 2],
-    /// G (N).
-    pub energy: S,
+/// The tubes of a section, what they depend on and what they contribute; kept from one section to the next.
+pub(crate) struct Scratch<'a, S> {
+    pub tubes: Vec<Tube<'a>>,
+    /// Per tube; ω is filled in by [`balance`].
+    pub inputs: Vec<[S; INPUTS]>,
+    locals: Vec<Local>,
+}
+
+impl<S> Default for Scratch<'_, S> {
+    fn default() -> Self {
+        Self { tubes: Vec::new(), inputs: Vec::new(), locals: Vec::new() }
+    }
 }
 
 /// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
 /// the residual grows arrive. `each` receives the contributions of the tubes in order.
 pub(crate) fn balance<S: Number>(
-    tubes: &[Tube<S>],
+    scratch: &mut Scratch<S>,
     moment: [S; 2],
     guess: &mut [f64; 2],
-    mut each: impl FnMut(usize, &Contribution<S>),
-) -> Result<Balance<S>, Unbalanced> {
+    mut each: impl FnMut(usize, &Seen<S>),
+) -> Result<[S; 2], Unbalanced> {
+    let Scratch { tubes, locals, inputs } = scratch;
+    let tubes: &[Tube] = tubes;
     let load = moment.map(Number::value);
     let slopes = |omega: [f64; 2]| {
         let mut sum = [-load[0], -load[1], 0.0, 0.0, 0.0];
@@ -382,12 +480,18 @@ pub(crate) fn balance<S: Number>(
         return Err(Unbalanced);
     }
     *guess = omega;
+    let sloped = !moment[0].slopes().is_empty();
+    locals.clear();
+    locals.extend(tubes.iter().map(|tube| tube.local(omega, sloped)));
+    let at = omega.map(S::constant);
+    for own in inputs.iter_mut() {
+        (own[4], own[5]) = (at[0], at[1]);
+    }
     // One more step with numbers that carry slopes gives the slopes of ω.
     let mut residual = [-moment[0], -moment[1]];
-    let at = omega.map(S::constant);
-    for tube in tubes {
-        let own = tube.contribution(at);
-        residual = [residual[0] + own.moment[0], residual[1] + own.moment[1]];
+    for (local, inputs) in locals.iter().zip(&*inputs) {
+        let own = Seen { local, inputs }.moment();
+        residual = [residual[0] + own[0], residual[1] + own[1]];
     }
     let [_, _, yy, yz, zz] = here;
     let inverse = 1.0 / (yy * zz - yz * yz);
@@ -395,11 +499,11 @@ pub(crate) fn balance<S: Number>(
         at[0].plus(-zz * inverse, residual[0]).plus(yz * inverse, residual[1]),
         at[1].plus(-yy * inverse, residual[1]).plus(yz * inverse, residual[0]),
     ];
-    let mut energy = -(moment[0] * omega[0] + moment[1] * omega[1]);
-    for (i, tube) in tubes.iter().enumerate() {
-        let own = tube.contribution(omega);
-        energy += own.energy;
-        each(i, &own);
+    for own in inputs.iter_mut() {
+        (own[4], own[5]) = (omega[0], omega[1]);
     }
-    Ok(Balance { omega, energy })
+    for (i, (local, inputs)) in locals.iter().zip(&*inputs).enumerate() {
+        each(i, &Seen { local, inputs });
+    }
+    Ok(omega)
 }

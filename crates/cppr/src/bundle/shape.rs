@@ -2,7 +2,6 @@
 
 use super::flow::Section;
 use super::solve::{BundleEquilibrium, BundleSolver};
-use super::steps::Steps;
 use super::vector::columns;
 use super::walk::Walk;
 use nalgebra::{Matrix3, Vector3};
@@ -49,7 +48,7 @@ impl BundleSolver<'_> {
         self.with_walk(equilibrium, |walk, base| {
             let walk = Walk { posed: true, longest: spacing, ..walk };
             // The conditions were met before; what is left of them does not matter here.
-            walk.run(base, &mut Steps::default(), Some(&mut see)).is_ok()
+            walk.run(base, &mut equilibrium.between.clone(), Some(&mut see)).is_ok()
         });
         sections
     }
@@ -64,7 +63,7 @@ fn read(section: &Section<f64>) -> BundleSection {
         let angle = flow.angle_of_section(place);
         let (sin, cos) = angle.sin_cos();
         let [offset, .., rest_y, rest_z] = flow.pieces[place].table_at(own[0]);
-        let advance = section.contributions[place].advance;
+        let advance = section.rates[place][0];
         // g = x' h°: length of the centroid line per centreline length.
         let rest = 1.0 - offset * rest_z;
         let line = advance * rest;
@@ -78,7 +77,7 @@ fn read(section: &Section<f64>) -> BundleSection {
             strains: [
                 (wy * cos + wz * sin) / line - rest_y / rest,
                 (wz * cos - wy * sin) / line - rest_z / rest,
-                section.contributions[place].twist / line,
+                section.rates[place][1] / line,
             ],
         }
     });

@@ -1,6 +1,9 @@
-//! Steps of the integration over one span: chosen by their estimated error, or taken again as they were.
+//! Steps of the integration over one span, chosen by their estimated error or taken again as they were, and the states at their ends.
 //!
-//! Repeated steps make the result of an integration a smooth function of its inputs, which Newton's method needs.
+//! Repeated steps make the result of an integration a smooth function of its inputs, which Newton's method needs. The states at the
+//! ends of the steps are unknowns of that method too (multiple shooting, Bock and Plitt 1984): an integration begins every step at the state
+//! that is kept there, so that errors of a start do not grow from one step to the next. By how much it arrives elsewhere is carried
+//! on in the last slope of the numbers: with slopes A by the inputs u and that one c, Newton's change of a state is A Δu + c.
 
 use super::flow::{Flow, Visitor};
 use super::number::Number;
@@ -8,42 +11,91 @@ use super::section::Unbalanced;
 use super::tableau::{BEFORE, FIFTH, STAGES, STEP, THIRD};
 use super::walk::{Lost, Walk};
 
-/// Steps of one span: the shares of the span at which they end.
-#[derive(Clone, Debug, PartialEq)]
+/// The state vector at the end of a step; without values where none is kept.
+#[derive(Clone, Debug, Default)]
+struct Node {
+    /// How many tubes it holds.
+    tubes: usize,
+    values: Vec<f64>,
+    /// Slopes of every value, one row each.
+    slopes: Vec<f64>,
+    /// Estimated error of the step before as a part of what is allowed.
+    error: f64,
+}
+
+/// Steps of one span.
+#[derive(Clone, Debug)]
 struct SpanSteps {
     /// Tube and number of its stop at which the span ends.
     key: (usize, usize),
+    /// Shares of the span at which the steps end.
     ends: Vec<f64>,
+    /// States there; the last one is that beyond the event.
+    nodes: Vec<Node>,
 }
 
 /// The steps of an integration.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
     spans: Vec<SpanSteps>,
-    /// Greatest estimated error of a step as a part of what is allowed.
-    pub worst: f64,
-    /// Has a span been cut anew since this was reset?
-    pub changed: bool,
+    /// May steps be cut whose error is too large?
+    pub adapt: bool,
+    /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
+    pub defect: f64,
 }
 
 impl Steps {
     /// The same with every step halved.
     pub fn halved(&self) -> Self {
         let halve = |span: &SpanSteps| {
-            let mut ends = Vec::with_capacity(2 * span.ends.len());
+            let (mut ends, mut nodes) = (Vec::new(), Vec::new());
             let mut last = 0.0;
-            for &end in &span.ends {
+            for (&end, node) in span.ends.iter().zip(&span.nodes) {
                 ends.extend([0.5 * (last + end), end]);
+                nodes.extend([Node::default(), node.clone()]);
                 last = end;
             }
-            SpanSteps { key: span.key, ends }
+            SpanSteps { key: span.key, ends, nodes }
         };
-        Self { spans: self.spans.iter().map(halve).collect(), worst: 0.0, changed: false }
+        Self { spans: self.spans.iter().map(halve).collect(), adapt: false, defect: 0.0 }
+    }
+
+    /// The same with every two steps made one whose errors are far below what is allowed.
+    pub fn coarsened(&self) -> Self {
+        let coarsen = |span: &SpanSteps| {
+            let (mut ends, mut nodes) = (Vec::new(), Vec::new());
+            let mut index = 0;
+            while index < span.ends.len() {
+                let pair = span.nodes.get(index..index + 2);
+                if pair.is_some_and(|pair| pair.iter().all(|node| node.error < EASY)) {
+                    index += 1;
+                }
+                ends.push(span.ends[index]);
+                nodes.push(span.nodes[index].clone());
+                index += 1;
+            }
+            SpanSteps { key: span.key, ends, nodes }
+        };
+        Self { spans: self.spans.iter().map(coarsen).collect(), adapt: false, defect: 0.0 }
     }
 
     /// Tube and stop at which span `number` ended last.
     pub fn key(&self, number: usize) -> Option<(usize, usize)> {
         self.spans.get(number).map(|span| span.key)
+    }
+
+    /// Span `number` ends at the stop of this key. Where tubes have come to pass their events in another order, the steps of that span are
+    /// those that were kept for it.
+    fn begin(&mut self, number: usize, key: (usize, usize)) {
+        if self.key(number) == Some(key) {
+            return;
+        }
+        let later = self.spans[number.min(self.spans.len())..].iter().position(|span| span.key == key);
+        let span = match later {
+            Some(place) => self.spans.remove(number + place),
+            None => SpanSteps { key, ends: Vec::new(), nodes: Vec::new() },
+        };
+        self.spans.insert(number, span);
     }
 
     /// How many steps there are.
@@ -56,16 +108,99 @@ impl Steps {
         self.spans.truncate(spans);
     }
 
-    /// Forgets all steps.
-    pub fn forget(&mut self) {
-        self.spans.clear();
+    /// Forgets the slopes.
+    pub fn settle(&mut self) {
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            node.slopes = Vec::new();
+        }
+    }
+
+    /// Takes over the state kept at the end of the last step of a span, or keeps what the integration arrived with.
+    pub fn meet_event<S: Number>(&mut self, flow: &mut Flow<S>, walk: &Walk, number: usize) {
+        if let Some(last) = self.spans[number].ends.len().checked_sub(1) {
+            self.meet(flow, walk, number, last);
+        }
+    }
+
+    /// The same at the end of any step.
+    fn meet<S: Number>(&mut self, flow: &mut Flow<S>, walk: &Walk, number: usize, index: usize) {
+        let node = &mut self.spans[number].nodes[index];
+        let tubes = flow.present.len();
+        if node.tubes != tubes {
+            *node = Node { tubes, error: node.error, ..Node::default() };
+            if let Some(course) = walk.course {
+                course.lay(flow);
+            }
+        }
+        let mut kept = node.values.len().min(flow.values.len());
+        if flow.values[0].slopes().is_empty() {
+            // The pose does not grow apart; without slopes it goes on as it is integrated.
+            kept = kept.min(4 * tubes);
+        }
+        let scales = scales(tubes, kept, walk);
+        for ((value, old), scale) in flow.values.iter_mut().zip(&node.values).zip(&scales) {
+            self.defect = self.defect.max((value.value() - old).abs() / scale);
+            *value = value.moved_to(*old);
+        }
+        // As many values as there are: with slopes, one row of them for each.
+        node.values.truncate(flow.values.len());
+        let known = node.values.len();
+        node.values.extend(flow.values.iter().skip(known).map(|v| v.value()));
+        node.slopes.clear();
+        for value in &flow.values {
+            node.slopes.extend_from_slice(value.slopes());
+        }
+    }
+
+    /// Newton's change of every kept state for a change of the inputs: calls `each` with the state and its change.
+    fn changes(&mut self, inputs: &[f64], mut each: impl FnMut(usize, &mut [f64], &[f64])) {
+        let mut change = Vec::new();
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            let width = node.values.len();
+            if width == 0 || node.slopes.is_empty() {
+                continue;
+            }
+            change.clear();
+            for row in node.slopes.chunks_exact(node.slopes.len() / width) {
+                let by_inputs: f64 = row.iter().zip(inputs).map(|(s, u)| s * u).sum();
+                change.push(by_inputs + row.last().copied().unwrap_or(0.0));
+            }
+            each(node.tubes, &mut node.values, &change);
+        }
+    }
+
+    /// Moves the kept states by a part of Newton's change.
+    pub fn advance(&mut self, inputs: &[f64], factor: f64) {
+        self.changes(inputs, |_, values, change| {
+            for (value, change) in values.iter_mut().zip(change) {
+                *value += factor * change;
+            }
+        });
+    }
+
+    /// Greatest of Newton's changes, in scaled variables.
+    pub fn greatest_change(&mut self, inputs: &[f64], walk: &Walk) -> f64 {
+        let mut most: f64 = 0.0;
+        self.changes(inputs, |tubes, _, change| {
+            for (change, scale) in change.iter().zip(scales(tubes, change.len(), walk)) {
+                // A change that is not a number is the greatest.
+                let size = change.abs() / scale;
+                most = if size.is_nan() { f64::INFINITY } else { most.max(size) };
+            }
+        });
+        most
     }
 }
 
 /// Spans shorter than this part of the length are taken in one step of order one.
 const TINY: f64 = 1e-9;
+/// Two steps with errors below this part of what is allowed make one: its error is 2⁸ times as great.
+const EASY: f64 = 1e-3;
 /// Shortest step, as a share of its span.
 const SHORTEST: f64 = 1e-6;
+
+/// Steps per event after which none is cut any more.
+const MOST_STEPS: usize = 50;
 
 /// What a span is integrated to.
 pub(super) struct Span<'a> {
@@ -87,11 +222,8 @@ pub(super) fn march<S: Number>(
     walk: &Walk,
     visit: &mut Option<Visitor<S>>,
 ) -> Result<Option<usize>, Lost> {
-    let result = try_march(flow, span, steps, walk, visit);
-    if !matches!(result, Ok(None)) {
-        steps.end(span.number);
-    }
-    result
+    steps.begin(span.number, span.key);
+    try_march(flow, span, steps, walk, visit)
 }
 
 fn passed<S: Number>(flow: &Flow<S>, limits: &[f64]) -> Option<usize> {
@@ -105,53 +237,69 @@ fn try_march<S: Number>(
     walk: &Walk,
     visit: &mut Option<Visitor<S>>,
 ) -> Result<Option<usize>, Lost> {
-    let Span { leading, to, number, key, limits } = *span;
+    let Span { leading, to, number, limits, .. } = *span;
     let width = flow.values.len();
-    let way = -flow.values[4 * leading] + to;
     let mut slopes = vec![S::constant(0.0); width * STAGES];
-    let length = walk.bundle.length;
-    let known = steps.spans.get(number).is_some_and(|s| s.key == key && !s.ends.is_empty());
-    if !known {
-        steps.spans.truncate(number);
-        steps.spans.push(SpanSteps { key, ends: Vec::new() });
-        steps.changed = true;
-    }
-    if way.value().abs() < TINY * length {
+    let way = (to - flow.values[4 * leading].value()).abs();
+    if way < TINY * walk.bundle.length {
+        let way = -flow.values[4 * leading] + to;
         flow.slopes(Some(leading), &mut slopes[..width])?;
         for (value, slope) in flow.values.iter_mut().zip(&slopes) {
             *value += *slope * way;
         }
+        let own = &mut steps.spans[number];
+        let last = own.nodes.pop().unwrap_or_default();
+        (own.ends, own.nodes) = (vec![1.0], vec![last]);
         return Ok(passed(flow, limits));
     }
-    let scales = scales(flow, walk);
+    let scales = scales(flow.present.len(), width, walk);
+    let longest = walk.longest / way;
+    let stops: usize = walk.command.stops.iter().map(Vec::len).sum();
+    let most = MOST_STEPS * (1 + stops);
     let (mut done, mut index) = (0.0, 0);
-    let longest = walk.longest / way.value().abs();
-    let mut share = f64::min(1.0, longest);
+    let mut share: f64 = 1.0;
     let mut trial = flow.values.clone();
     while done < 1.0 {
-        let end = if known { steps.spans[number].ends[index] } else { f64::min(1.0, done + share) };
-        let end = if end > 1.0 - SHORTEST { 1.0 } else { end };
-        let step = way * (end - done);
+        let kept = steps.spans[number].ends.get(index).copied();
+        let goal = kept.unwrap_or(f64::min(1.0, done + share));
+        let goal = if goal > 1.0 - SHORTEST { 1.0 } else { goal };
+        let end = if goal > done + longest { done + longest } else { goal };
+        let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
         let taken = one_step(flow, leading, step, &mut slopes, &mut trial);
         let error = match taken {
             Ok(()) => estimate(&slopes, width, step.value(), &scales) / walk.tolerance,
             Err(Unbalanced) => f64::INFINITY,
         };
-        if !known && (error > 1.0 || error.is_nan()) {
-            share = (end - done) * (0.9 * error.powf(-1.0 / 8.0)).clamp(0.1, 0.7);
-            if share < SHORTEST {
+        let coarse = error > 1.0 || error.is_nan();
+        let shorter = (end - done) * (0.9 * error.powf(-1.0 / 8.0)).clamp(0.1, 0.7);
+        if coarse && (kept.is_none() || steps.adapt) {
+            if shorter < SHORTEST || steps.count() > most {
                 return Err(Lost::Steps);
             }
+            if kept.is_some() {
+                let own = &mut steps.spans[number];
+                own.ends.insert(index, 0.5 * (done + end));
+                own.nodes.insert(index, Node::default());
+            }
+            share = shorter;
             continue;
         }
         taken?;
-        steps.worst = steps.worst.max(error);
         std::mem::swap(&mut flow.values, &mut trial);
-        if !known {
-            steps.spans[number].ends.push(end);
-            share = ((end - done) * (0.9 * error.max(1e-12).powf(-1.0 / 8.0)).min(5.0)).min(longest);
+        if kept.is_none() && end >= goal {
+            let own = &mut steps.spans[number];
+            own.ends.push(end);
+            own.nodes.push(Node::default());
         }
-        (done, index) = (end, index + 1);
+        share = (end - done) * (0.9 * error.max(1e-12).powf(-1.0 / 8.0)).min(5.0);
+        if end >= goal {
+            steps.spans[number].nodes[index].error = error;
+            if end < 1.0 {
+                steps.meet(flow, walk, number, index);
+            }
+            index += 1;
+        }
+        done = end;
         if let Some(place) = passed(flow, limits) {
             return Ok(Some(place));
         }
@@ -159,6 +307,9 @@ fn try_march<S: Number>(
             flow.visit(*visit)?;
         }
     }
+    let own = &mut steps.spans[number];
+    own.ends.truncate(index);
+    own.nodes.truncate(index);
     Ok(None)
 }
 
@@ -207,17 +358,17 @@ fn estimate<S: Number>(slopes: &[S], width: usize, step: f64, scales: &[f64]) ->
     if fifth <= 0.0 { 0.0 } else { fifth / (fifth + 0.01 * third).sqrt() }
 }
 
-/// Units of the state vector.
-fn scales<S: Number>(flow: &Flow<S>, walk: &Walk) -> Vec<f64> {
+/// Units of the state vector's first `width` values.
+fn scales(tubes: usize, width: usize, walk: &Walk) -> Vec<f64> {
     let length = walk.bundle.length;
     let force = walk.command.force_scale;
-    let mut scales = Vec::with_capacity(flow.values.len());
-    for _ in &flow.present {
+    let mut scales = Vec::with_capacity(4 * tubes + 14);
+    for _ in 0..tubes {
         scales.extend([length, force, 1.0, force * length]);
     }
     scales.push(length);
     scales.extend([length, length, length, 1.0, 1.0, 1.0, 1.0]);
     scales.extend([force, force, force, force * length, force * length, force * length]);
-    scales.truncate(flow.values.len());
+    scales.truncate(width);
     scales
 }

@@ -7,6 +7,7 @@
 //!
 //! Where the fields of a tube jump, its tension jumps with them: the Hamiltonian −G + n·t goes on (Weierstrass, Erdmann).
 
+use super::course::Course;
 use super::flow::{Flow, LOADS, POSE, Visitor};
 use super::number::Number;
 use super::prepared::{Prepared, Stop};
@@ -84,6 +85,8 @@ pub(crate) struct Walk<'a> {
     pub tolerance: f64,
     /// Longest step (m).
     pub longest: f64,
+    /// Where the states at new ends of steps are laid; `None` leaves them where the integration arrives.
+    pub course: Option<&'a Course>,
 }
 
 impl Walk<'_> {
@@ -105,6 +108,16 @@ impl Walk<'_> {
         }
         steps.end(number);
         runner.finish()
+    }
+}
+
+impl Walk<'_> {
+    /// The leader's tension at the plate (N) at which the Hamiltonian vanishes there, as it does all along where nothing but tubes and
+    /// dead forces act.
+    pub fn leader_tension(&self, base: &Base<f64>) -> Option<f64> {
+        let mut runner = Runner::new(*self, base, None);
+        runner.flow.restore(0, base.force[0]).ok()?;
+        Some(runner.flow.values[1])
     }
 }
 
@@ -208,7 +221,13 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             }
             let span = Span { leading, to, number, key, limits: &self.limits };
             match march(&mut self.flow, &span, steps, &self.walk, &mut self.visit)? {
-                None => return self.pass(leading),
+                None => {
+                    self.pass(leading)?;
+                    if !self.flow.present.is_empty() {
+                        steps.meet_event(&mut self.flow, &self.walk, number);
+                    }
+                    return Ok(());
+                }
                 // Another tube passed its own event before: it leads.
                 Some(place) => leading = place,
             }

@@ -124,7 +124,7 @@ impl SideBySide {
     /// Finds the layouts and drives of those commands that can be solved side by side with others.
     fn lay_out(&mut self, solver: &mut Solver, commands: &[Command], equilibria: &[Equilibrium], asked: u64) {
         self.layouts = Default::default();
-        let Solver { robot, settings, buffers } = solver;
+        let Solver { robot, settings, buffers, .. } = solver;
         for (i, (command, start)) in commands.iter().zip(equilibria).enumerate() {
             let fits = start.robot.tube_count() == robot.tube_count() && start.status.is_equilibrium();
             if asked >> i & 1 == 0 || !fits || !goes_side_by_side(command, settings) {

@@ -90,6 +90,11 @@ impl Equilibrium {
         }
     }
 
+    /// The drives it was solved with.
+    pub(crate) fn drives(&self) -> &[Actuator] {
+        &self.drives
+    }
+
     /// The equations that it solves.
     pub(crate) fn system(&self) -> System<'_> {
         self.system_of(&self.robot)

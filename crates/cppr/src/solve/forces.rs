@@ -30,7 +30,7 @@ impl Solver {
         coordinates: &[f64],
     ) -> Option<GeneralisedForces> {
         self.check(command).ok()?;
-        let Self { robot, settings, buffers } = self;
+        let Self { robot, settings, buffers, .. } = self;
         let cuts = command.loads.cuts().map(Cut::fixed);
         let layout = buffers.layouts.get(robot.tube_count(), robot.length(), settings.resolution, cuts);
         let mut point = Point::rest(&layout);

@@ -59,7 +59,7 @@ impl Solver {
         command: &Command,
         equilibrium: &mut Equilibrium,
     ) -> Result<(), CommandProblem> {
-        let Self { robot, settings, buffers } = self;
+        let Self { robot, settings, buffers, .. } = self;
         let (robot, settings) = (&*robot, &*settings);
         command.check(robot, settings)?;
         let (given, tubes) = (equilibrium.robot.tube_count(), robot.tube_count());

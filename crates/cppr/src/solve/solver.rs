@@ -2,6 +2,7 @@
 
 use super::system::Buffers;
 use super::{Command, CommandProblem, Equilibrium, Settings, SettingsProblem};
+use crate::bundle::Bundle;
 use crate::design::Robot;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -18,13 +19,20 @@ pub struct Solver {
     pub(crate) robot: Robot,
     pub(crate) settings: Settings,
     pub(crate) buffers: Buffers,
+    /// The bundle of a robot (by serial number) for the integration that accuracy is measured with.
+    pub(crate) bundle: Option<(u64, Arc<Bundle>)>,
 }
 
 impl Solver {
     /// Solves with default settings.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
-        Self { robot: robot.clone(), settings: Settings::default(), buffers: Buffers::default() }
+        Self {
+            robot: robot.clone(),
+            settings: Settings::default(),
+            buffers: Buffers::default(),
+            bundle: None,
+        }
     }
 
     /// Solves with the given settings.

@@ -129,7 +129,7 @@ pub(super) struct Bordered<'a> {
 
 impl<'a> Bordered<'a> {
     pub fn new(solver: &'a mut Solver, family: &'a Family) -> Self {
-        let Solver { robot, settings, buffers } = solver;
+        let Solver { robot, settings, buffers, .. } = solver;
         Self { robot, buffers, family, settings, rate: Vec::new(), matrix: Vec::new(), lu: Lu::default() }
     }
 

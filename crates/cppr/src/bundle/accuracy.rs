@@ -1,0 +1,266 @@
+//! How far an equilibrium of the modal solver is from the equations themselves: the same bundle is integrated, which knows no modes,
+//! beginning with the forces found.
+
+use super::Bundle;
+use super::course::Course;
+use super::flow::POSE;
+use super::frame::Unknowns;
+use super::solve::{BundleCommand, BundleSolver, TubeDrive};
+use crate::design::Robot;
+use crate::kinematics::TipPose;
+use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver};
+use crate::statics::{Frame, Loads, RotationMeans, Station};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The discretisation error of an equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Error of the tip (m).
+    pub tip: f64,
+    /// Greatest error of an actuation force (N).
+    pub force: f64,
+    /// Greatest error of an actuation torque (N m).
+    pub torque: f64,
+    /// What it was compared with.
+    pub against: Against,
+    /// Tip of that (m).
+    pub reference: Vector3<f64>,
+}
+
+/// What an equilibrium was compared with for its error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    /// The same bundle integrated from the plate to the tip, which leaves out no mode.
+    Integration,
+    /// The equilibrium at half as many modes, where the integration did not find it: twice as many change less.
+    HalfTheModes,
+}
+
+/// Greatest tip error that is accepted, as a part of the length.
+pub const ACCURACY: f64 = 1e-4;
+/// Factors on the resolution that are tried where that of the settings does not suffice.
+const FACTORS: [usize; 2] = [2, 4];
+
+impl Solver {
+    /// Discretisation error of a stable or unstable equilibrium. `None` where there is none to compare with: the printed formulation,
+    /// rotations that are counted at the plate relative to the leader, an equilibrium that the integration does not find, or a
+    /// state that is none.
+    #[must_use]
+    pub fn accuracy(&mut self, equilibrium: &Equilibrium) -> Option<Accuracy> {
+        let settings = equilibrium.settings();
+        if !equilibrium.status().is_equilibrium()
+            || settings.formulation != Formulation::Consistent
+            || equilibrium.command().rotation_means != RotationMeans::Base
+        {
+            return None;
+        }
+        let bundle = self.bundle_of(equilibrium.robot())?;
+        let tip = equilibrium.tip();
+        let command = command(equilibrium);
+        let start = self.start(equilibrium, &tip);
+        let solver = BundleSolver::new(&bundle)
+            .with_tolerance(TOLERANCE)
+            .with_stretch(settings.resolution.stretch > 0);
+        let course = self.course(equilibrium, &bundle);
+        let found = solver.near(&command, &start, &course)?;
+        let efforts = found.efforts[1..].iter().map(|own| [own.force, own.torque]);
+        let [force, torque] = greatest_differences(equilibrium, efforts);
+        Some(Accuracy {
+            tip: (found.tip - tip.centre).norm(),
+            force,
+            torque,
+            against: Against::Integration,
+            reference: found.tip,
+        })
+    }
+
+    /// Solves for an equilibrium from rest whose tip is within `accuracy` times the length of that of the robot that knows no modes, as far
+    /// as [`Self::resolve`] reaches that.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn solve_resolved(
+        &mut self,
+        command: &Command,
+        accuracy: f64,
+    ) -> Result<(Equilibrium, Option<Accuracy>), CommandProblem> {
+        let found = self.solve(command)?;
+        self.resolve(found, accuracy)
+    }
+
+    /// The discretisation error of an equilibrium that was found from rest, and where its tip is not within `accuracy` times the length,
+    /// the equilibrium at twice or four times as many modes and nodes. Where none of them is, the best is returned with its error. Settings
+    /// stay. There is no error where there is no equilibrium.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn resolve(
+        &mut self,
+        found: Equilibrium,
+        accuracy: f64,
+    ) -> Result<(Equilibrium, Option<Accuracy>), CommandProblem> {
+        let settings = *found.settings();
+        let command = found.command().clone();
+        let bound = accuracy * self.robot.length();
+        let mut best = (found, None);
+        if !best.0.status().is_equilibrium() {
+            return Ok(best);
+        }
+        best.1 = self.accuracy(&best.0);
+        let mut coarser = best.0.clone();
+        for factor in FACTORS {
+            if best.1.is_some_and(|own: Accuracy| own.tip <= bound) {
+                break;
+            }
+            let before = self.settings;
+            self.settings = Settings { resolution: settings.resolution.refined(factor), ..settings };
+            let solved = self.solve(&command);
+            self.settings = before;
+            let found = solved?;
+            if !found.status().is_equilibrium() {
+                break;
+            }
+            let own = self.accuracy(&found).unwrap_or_else(|| {
+                let efforts = coarser.actuators().iter().map(|own| [own.tension, own.torque]);
+                let [force, torque] = greatest_differences(&found, efforts);
+                let tip = (found.tip().centre - coarser.tip().centre).norm();
+                let reference = coarser.tip().centre;
+                Accuracy { tip, force, torque, against: Against::HalfTheModes, reference }
+            });
+            coarser = found.clone();
+            if best.1.is_none_or(|before| own.tip < before.tip) {
+                best = (found, Some(own));
+            }
+        }
+        Ok(best)
+    }
+
+    /// The robot's tubes for the integration, kept for the next time. `None` where a section between samples cannot be built.
+    fn bundle_of(&mut self, robot: &Robot) -> Option<Arc<Bundle>> {
+        if self.bundle.as_ref().is_none_or(|(serial, _)| *serial != robot.serial()) {
+            self.bundle = Some((robot.serial(), Arc::new(Bundle::from_robot(robot).ok()?)));
+        }
+        self.bundle.as_ref().map(|(_, bundle)| Arc::clone(bundle))
+    }
+
+    /// Labels and rotations of all tubes along the leader.
+    fn course(&mut self, equilibrium: &Equilibrium, bundle: &Bundle) -> Course {
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(SECTIONS + 1);
+        let mut frame: Option<(Matrix3<f64>, Vector3<f64>)> = None;
+        let mut rotations: Vec<f64> =
+            std::iter::once(0.0).chain(equilibrium.actuators().iter().map(|a| a.rotation)).collect();
+        for section in &self.shape(equilibrium, SECTIONS + 1).sections {
+            let tangent: Vector3<f64> = section.tubes[0].rotation.column(0).into();
+            // The frame that does not turn about the tangent, from one section to the next.
+            let own = match &frame {
+                None => Matrix3::identity(),
+                Some((before, centre)) => transported(before, &(section.centre - centre), &tangent),
+            };
+            let mut row = Vec::with_capacity(2 * rotations.len() + POSE);
+            for ((tube, rotation), parts) in section.tubes.iter().zip(&mut rotations).zip(&bundle.tubes) {
+                let towards = own.transpose() * tube.rotation.column(1);
+                let label = tube.abscissa;
+                let turned = towards.z.atan2(towards.y) - parts.piece_at(label).direction(label)[0];
+                // The turn nearest to that of the section before.
+                *rotation += (turned - *rotation + PI).rem_euclid(2.0 * PI) - PI;
+                row.extend([label, *rotation]);
+            }
+            row.extend(section.centre.iter());
+            let turn = UnitQuaternion::from_matrix(&own);
+            let [x, y, z, w] = turn.coords.into();
+            let sign = match rows.last() {
+                Some(last) => {
+                    last[row.len()..].iter().zip([w, x, y, z]).map(|(a, b)| a * b).sum::<f64>().signum()
+                }
+                None => 1.0,
+            };
+            row.extend([w, x, y, z].map(|c| sign * c));
+            rows.push(row);
+            frame = Some((own, section.centre));
+        }
+        Course { length: equilibrium.robot().length(), rows }
+    }
+
+    /// What the integration starts with: actuators and loads of the equilibrium. They only have to lead to it.
+    fn start(&mut self, equilibrium: &Equilibrium, tip: &TipPose) -> Unknowns {
+        let mut force = Vector3::zeros();
+        let mut moment = Vector3::zeros();
+        let Loads { wrenches, distributed, gravity, threads } = &equilibrium.command().loads;
+        let mut add = |f: Vector3<f64>, m: Vector3<f64>, at: Vector3<f64>| {
+            force += f;
+            moment += m + at.cross(&f);
+        };
+        for w in wrenches {
+            let (rotation, centre) = match w.station {
+                Station::Tip => (tip.rotation, tip.centre),
+                Station::Label(label) => {
+                    let section = &self.shape_at(equilibrium, &[label]).sections[0];
+                    (section.rotation, section.centre)
+                }
+            };
+            let turn = if w.frame == Frame::World { Matrix3::identity() } else { rotation };
+            add(turn * w.force, turn * w.moment, centre + rotation * w.point);
+        }
+        for thread in threads {
+            let from = tip.centre + tip.rotation * thread.point;
+            add((thread.pulley - from).normalize() * thread.tension, Vector3::zeros(), from);
+        }
+        for d in distributed {
+            let middle = self.shape_at(equilibrium, &[0.5 * (d.from + d.to)]).sections[0].centre;
+            add(d.force * (d.to - d.from), Vector3::zeros(), middle);
+        }
+        if let Some(gravity) = gravity {
+            let robot = equilibrium.robot();
+            for section in &self.shape(equilibrium, WEIGHED).sections {
+                let mass: f64 =
+                    (0..robot.tube_count()).map(|t| robot.fields_at(t, section.label).mass_per_length).sum();
+                add(gravity * (mass * robot.length() / WEIGHED as f64), Vector3::zeros(), section.centre);
+            }
+        }
+        let actuators = equilibrium.actuators();
+        let pulled: f64 = actuators.iter().map(|a| a.tension).sum();
+        let turned: f64 = actuators.iter().map(|a| a.torque).sum();
+        let mut tubes = vec![[0.0, -force.x - pulled, 0.0, moment.x + turned]];
+        tubes.extend(actuators.iter().map(|a| [a.motion, a.tension, a.rotation, -a.torque]));
+        Unknowns { tubes, force: force.into(), moment: [moment.y, moment.z], handed: Vec::new() }
+    }
+}
+
+/// Error allowed in one step of the integration: far below what is asked of the answer.
+const TOLERANCE: f64 = 1e-6;
+/// Sections between which the course of the tubes is interpolated.
+const SECTIONS: usize = 48;
+/// Sections at which the weight is summed for the start.
+const WEIGHED: usize = 32;
+
+/// Greatest differences of the actuation forces (N) and torques (N m) from others.
+fn greatest_differences(equilibrium: &Equilibrium, others: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
+    equilibrium.actuators().iter().zip(others).fold([0.0; 2], |[force, torque]: [f64; 2], (own, other)| {
+        [force.max((own.tension - other[0]).abs()), torque.max((own.torque - other[1]).abs())]
+    })
+}
+
+/// A frame moved along a chord to another tangent without turning about it, by two reflections (Wang et al. 2008).
+fn transported(frame: &Matrix3<f64>, chord: &Vector3<f64>, tangent: &Vector3<f64>) -> Matrix3<f64> {
+    let reflect = |v: Vector3<f64>, normal: &Vector3<f64>| {
+        let square = normal.norm_squared();
+        if square > 0.0 { v - normal * (2.0 * normal.dot(&v) / square) } else { v }
+    };
+    let first: Vector3<f64> = reflect(frame.column(0).into(), chord);
+    let second = tangent - first;
+    let across = reflect(reflect(frame.column(1).into(), chord), &second);
+    Matrix3::from_columns(&[*tangent, across, tangent.cross(&across)])
+}
+
+/// The command of the equilibrium as that of a bundle whose leader is held.
+fn command(equilibrium: &Equilibrium) -> BundleCommand {
+    let locked = equilibrium.settings().resolution.angle == 0;
+    let mut drives = vec![TubeDrive::HELD];
+    drives.extend(equilibrium.drives().iter().map(|a| TubeDrive {
+        translation: a.push_pull,
+        rotation: if locked { Drive::Motion(0.0) } else { a.rotation },
+    }));
+    BundleCommand { drives, loads: equilibrium.command().loads.clone() }
+}

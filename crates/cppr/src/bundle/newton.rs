@@ -1,0 +1,152 @@
+//! Newton's method on what an integration leaves of the conditions, and on the states between its steps.
+
+use super::frame::Frame;
+use super::number::{Dual, Number};
+use super::steps::Steps;
+use super::walk::{Lost, Walk};
+use nalgebra::{DMatrix, DVector, Dyn, LU, Vector3};
+
+/// Most unknowns and inputs at once; a bundle with more is not solved, and says so.
+pub(super) const MOST: usize = 48;
+/// Newton's method ends with the step that is below this (scaled) in a solve. The states between have a greater rounding.
+pub(super) const SETTLED: f64 = 1e-9;
+const BETWEEN: f64 = 100.0;
+/// Longest Newton step, in scaled unknowns.
+const LONGEST: f64 = 20.0;
+/// Steps of the integration are cut where that is needed until Newton's step is below this.
+const ROUGH: f64 = 1e-2;
+
+/// The conditions near given unknowns.
+pub(super) struct Tangent {
+    /// Scaled residual, at the linear estimate of where the integration arrives once its steps meet.
+    pub residual: DVector<f64>,
+    /// Its slopes by the scaled unknowns.
+    pub matrix: DMatrix<f64>,
+    /// Last tip (m) likewise, and its slopes.
+    pub tip: Vector3<f64>,
+    pub tip_slopes: DMatrix<f64>,
+    /// Greatest scaled residual, and gap between the steps.
+    pub defect: f64,
+}
+
+/// A converged point.
+pub(super) struct Found {
+    pub unknowns: Vec<f64>,
+    pub steps: Steps,
+    pub determinant: f64,
+    pub iterations: usize,
+}
+
+impl Tangent {
+    pub fn new(frame: &Frame, unknowns: &[f64], walk: &Walk, steps: &mut Steps) -> Result<Self, Lost> {
+        match unknowns.len() + 1 {
+            0..=5 => Self::with::<5>(frame, unknowns, walk, steps),
+            6..=8 => Self::with::<8>(frame, unknowns, walk, steps),
+            9..=12 => Self::with::<12>(frame, unknowns, walk, steps),
+            13..=16 => Self::with::<16>(frame, unknowns, walk, steps),
+            17..=24 => Self::with::<24>(frame, unknowns, walk, steps),
+            25..=MOST => Self::with::<MOST>(frame, unknowns, walk, steps),
+            _ => Err(Lost::Steps),
+        }
+    }
+
+    fn with<const P: usize>(
+        frame: &Frame,
+        unknowns: &[f64],
+        walk: &Walk,
+        steps: &mut Steps,
+    ) -> Result<Self, Lost> {
+        let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
+        let drives: Vec<[Dual<P>; 2]> = frame.drives().iter().map(|pair| pair.map(Dual::constant)).collect();
+        let base = frame.base(&inputs, &drives);
+        steps.defect = 0.0;
+        let outcome = walk.run(&base, steps, None)?;
+        let units = frame.residual_units(&outcome.conditions);
+        let (n, left) = (unknowns.len(), outcome.residual);
+        let size = left.iter().zip(&units).fold(0.0, |m: f64, (r, u)| m.max((r.value / u).abs()));
+        Ok(Self {
+            residual: DVector::from_fn(left.len(), |i, _| (left[i].value + left[i].slopes[P - 1]) / units[i]),
+            matrix: DMatrix::from_fn(left.len(), n, |i, j| left[i].slopes[j] / units[i]),
+            tip: Vector3::from(outcome.centre.map(|c| c.value + c.slopes[P - 1])),
+            tip_slopes: DMatrix::from_fn(3, n, |i, j| outcome.centre[i].slopes[j]),
+            defect: size.max(steps.defect),
+        })
+    }
+}
+
+/// Newton's step somewhere.
+struct Point {
+    unknowns: Vec<f64>,
+    steps: Steps,
+    change: DVector<f64>,
+    lu: LU<f64, Dyn, Dyn>,
+    /// Greatest changes of the unknowns and of the states between.
+    size: [f64; 2],
+    defect: f64,
+}
+
+impl Point {
+    fn new(frame: &Frame, walk: &Walk, unknowns: Vec<f64>, mut steps: Steps) -> Result<Self, Lost> {
+        let tangent = Tangent::new(frame, &unknowns, walk, &mut steps)?;
+        let lu = tangent.matrix.lu();
+        let change = lu.solve(&-tangent.residual).ok_or(Lost::Section)?;
+        let between = steps.greatest_change(change.as_slice(), walk);
+        let size = [change.amax(), between];
+        if !size.iter().all(|s| s.is_finite()) {
+            return Err(Lost::Steps);
+        }
+        Ok(Self { unknowns, steps, change, lu, size, defect: tangent.defect })
+    }
+
+    fn greatest(&self) -> f64 {
+        self.size[0].max(self.size[1])
+    }
+
+    /// Unknowns and states moved by a part of the step.
+    fn moved(&self, factor: f64) -> (Vec<f64>, Steps) {
+        let unknowns = self.unknowns.iter().zip(self.change.iter()).map(|(u, s)| u + factor * s).collect();
+        let mut steps = self.steps.clone();
+        steps.advance(self.change.as_slice(), factor);
+        (unknowns, steps)
+    }
+}
+
+/// Finds unknowns at which the conditions are met, from unknowns and states nearby. A step is shortened until the next one is shorter, or
+/// until what is left of the conditions is less.
+pub(super) fn newton(
+    frame: &Frame,
+    walk: &Walk,
+    start: Vec<f64>,
+    mut steps: Steps,
+    most: usize,
+    settled: f64,
+) -> Result<Found, Lost> {
+    steps.adapt = true;
+    let mut here = Point::new(frame, walk, start, steps)?;
+    let walk = &Walk { course: None, ..*walk };
+    for iterations in 1..=most {
+        let size = here.greatest();
+        if here.size[0] <= settled && here.size[1] <= BETWEEN * settled {
+            let (unknowns, mut steps) = here.moved(1.0);
+            steps.settle();
+            return Ok(Found { unknowns, steps, determinant: here.lu.determinant(), iterations });
+        }
+        let mut factor = f64::min(1.0, LONGEST / size);
+        loop {
+            let (unknowns, mut steps) = here.moved(factor);
+            steps.adapt = size > ROUGH;
+            if let Ok(next) = Point::new(frame, walk, unknowns, steps) {
+                let enough = 1.0 - 0.25 * factor;
+                if next.greatest() <= enough * size || next.defect <= enough * here.defect {
+                    here = next;
+                    break;
+                }
+            }
+            factor *= 0.5;
+            if factor < 1e-3 {
+                return Err(Lost::Steps);
+            }
+        }
+    }
+    Err(Lost::Steps)
+}
