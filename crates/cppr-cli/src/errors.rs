@@ -1,6 +1,6 @@
 //! Discretisation error of a sweep, from rows that are spread over it.
 
-use cppr::bundle::ACCURACY;
+use cppr::analysis::ACCURACY;
 use cppr_sweep::{Chunk, Task};
 use serde_json::{Value, json};
 

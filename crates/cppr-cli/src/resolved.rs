@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::table::plain;
-use cppr::bundle::{Accuracy, Against};
+use cppr::analysis::{Accuracy, Against};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Solver};
 

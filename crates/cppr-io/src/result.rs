@@ -7,11 +7,11 @@
 #![allow(non_snake_case)]
 
 use crate::result_format::Lines;
+use cppr::analysis::{Accuracy, Against};
 use cppr::analysis::{Section, Shape, TubeSection, total_bend};
-use cppr::bundle::{Accuracy, Against};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Drive, Equilibrium, Formulation, Status};
+use cppr::solve::{Command, Equilibrium, Formulation, Status};
 use cppr::statics::{Frame, Loads, RotationMeans, Station};
 use cppr::{Matrix3, Vector3};
 use serde::Serialize;
@@ -403,14 +403,12 @@ impl CommandRecord {
     /// What was asked of a robot.
     #[must_use]
     pub fn new(command: &Command, robot: &Robot) -> Self {
-        let motion = |d: Drive| if let Drive::Motion(v) = d { Some(v) } else { None };
-        let effort = |d: Drive| if let Drive::Effort(v) = d { Some(v) } else { None };
         let drives = command.actuators.iter().zip(robot.followers()).map(|(a, tube)| DriveRecord {
             tube,
-            pull_m: motion(a.push_pull),
-            tension_N: effort(a.push_pull),
-            rotation_rad: motion(a.rotation),
-            torque_Nm: effort(a.rotation),
+            pull_m: a.push_pull.motion(),
+            tension_N: a.push_pull.effort(),
+            rotation_rad: a.rotation.motion(),
+            torque_Nm: a.rotation.effort(),
         });
         Self {
             actuators: drives.collect(),

@@ -4,8 +4,8 @@ use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmask
 use crate::robot::{Robot, Shared};
 use crate::{analysis, command, errors};
 use cppr::Vector3;
+use cppr::analysis::{Accuracy, Against};
 use cppr::analysis::{Section, Sensitivity, total_bend};
-use cppr::bundle::{Accuracy, Against};
 use cppr::kinematics::TipPose;
 use cppr::solve::{ActuatorState, SavedEquilibrium, Status};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods};

@@ -5,7 +5,7 @@
 mod common;
 
 use common::cases::random_case;
-use cppr::bundle::ACCURACY;
+use cppr::analysis::ACCURACY;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Settings, Solver, Status};

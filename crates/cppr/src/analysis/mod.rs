@@ -1,5 +1,6 @@
-//! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits.
+//! What an equilibrium tells: its fields along the robot, its derivatives, its stability, its limits, its discretisation error.
 
+mod accuracy;
 mod aside;
 pub mod bend;
 pub mod capacity;
@@ -15,6 +16,7 @@ pub mod shape;
 pub mod stability;
 mod strains;
 
+pub use accuracy::{ACCURACY, Accuracy, Against};
 pub use bend::total_bend;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};

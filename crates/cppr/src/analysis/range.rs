@@ -183,7 +183,7 @@ impl Walk<'_> {
         }
         // Load stepping from rest may come out on another branch, and takes long to find none.
         let mut found = from.found.clone();
-        let Solver { robot, settings, buffers, bundle: _ } = &mut *self.solver;
+        let Solver { robot, settings, buffers, kept: _ } = &mut *self.solver;
         settle(robot, buffers, command, settings, &mut found);
         if !found.status.is_equilibrium() {
             return None;

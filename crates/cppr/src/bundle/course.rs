@@ -1,7 +1,8 @@
 //! A course of the tubes that is known before, at which the steps of an integration begin: labels and rotations of all tubes,
 //! and the pose of the section, along the leader. Forces and torques follow from it as they are integrated along.
 
-use super::flow::{Flow, POSE};
+use super::flow::Flow;
+pub(crate) use super::flow::POSE;
 use super::number::Number;
 
 /// Configurations at equally spaced labels of the leader.

@@ -45,7 +45,7 @@ pub(crate) struct Flow<'a, S> {
 }
 
 /// What a wrench does to the section that it acts on.
-pub(crate) struct Felt<S> {
+pub(crate) struct SectionLoad<S> {
     /// Its force along the tangent (N).
     pub force_along: S,
     /// Its moment about the axis there (N m).
@@ -300,7 +300,7 @@ impl<'a, S: Number> Flow<'a, S> {
     }
 
     /// Takes a load off the section of the tube at `place`: beyond, neither force nor moment know of it.
-    pub fn apply(&mut self, load: &Applied, place: usize) -> Felt<S> {
+    pub fn apply(&mut self, load: &Applied, place: usize) -> SectionLoad<S> {
         let (centre, turn) = self.pose();
         let [x, y, z] = columns(turn);
         let (sin, cos) = self.angle_of_section(place).sin_cos();
@@ -314,7 +314,7 @@ impl<'a, S: Number> Flow<'a, S> {
             self.values[at + i] = self.values[at + i] - force[i];
             self.values[at + 3 + i] = self.values[at + 3 + i] - about_origin[i];
         }
-        Felt { force_along: dot(force, x), about: dot(about_section, x) }
+        SectionLoad { force_along: dot(force, x), about: dot(about_section, x) }
     }
 }
 

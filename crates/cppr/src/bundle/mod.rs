@@ -8,12 +8,11 @@
 //!
 //! Under `solve` in this crate stands the faster solver for tubes of one length that are joined at the tip.
 
-mod accuracy;
 mod build;
-mod course;
+pub(crate) mod course;
 pub(crate) mod curve;
 mod flow;
-mod frame;
+pub(crate) mod frame;
 mod newton;
 mod number;
 mod prepared;
@@ -27,7 +26,6 @@ mod vector;
 mod walk;
 
 use crate::solve::Drive;
-pub use accuracy::{ACCURACY, Accuracy, Against};
 pub use build::{BundleDesign, Part, TubeParts};
 use curve::Piece;
 pub use curve::Values;

@@ -54,6 +54,18 @@ impl BundleCommand {
     }
 }
 
+impl BundleCommand {
+    /// Which part of the way from another command turns no motor by more than [`LONGEST_TURN`].
+    fn share_of_turn(&self, start: &Self) -> f64 {
+        let drives = self.drives.iter().zip(&start.drives);
+        let turned = |(a, b): (&TubeDrive, &TubeDrive)| {
+            let both = a.rotation.motion().zip(b.rotation.motion());
+            both.map_or(0.0, |(to, from)| (to - from).abs())
+        };
+        LONGEST_TURN / drives.map(turned).fold(LONGEST_TURN, f64::max)
+    }
+}
+
 /// Motion and effort of one tube's motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TubeEffort {
@@ -80,8 +92,8 @@ pub struct BundleEquilibrium {
     pub frame: Matrix3<f64>,
     /// Length of the centreline (m).
     pub length: f64,
-    /// Has the determinant of the conditions the sign that it has at rest? It changes where an eigenvalue does, so that a path on which
-    /// it never changed is stable as rest is.
+    /// Has the determinant of the conditions the sign that it has at rest, here and after every quarter turn on the way from there? It changes
+    /// where an eigenvalue does, so that a path on which it never changed is stable as rest is.
     pub stable: bool,
     /// Steps of the integration, and Newton steps.
     pub steps: usize,
@@ -107,6 +119,8 @@ pub struct BundleSolver<'a> {
     references: Vec<(Kinds, f64)>,
 }
 
+/// Longest turn of a motor (rad) in one step: further on, two eigenvalues may have changed their signs, and the determinant that of neither.
+const LONGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
 const SHORTEST_STEP: f64 = 1.0 / 4096.0;
@@ -210,27 +224,27 @@ impl<'a> BundleSolver<'a> {
         let reference = self.rest_determinant(command);
         let frame = Frame::new(self.bundle, command, self.stretch);
         let walk = frame.walk(self.tolerance);
-        let direct = newton(
-            &frame,
-            &walk,
-            frame.scaled(&start.unknowns),
-            start.between.coarsened(),
-            ITERATIONS,
-            SETTLED,
-        )
-        .ok();
-        let found = match direct {
-            Some(found) if found.determinant / reference > 0.0 => Some(found),
-            other => self.in_steps(command, start, reference).or(other),
+        let share = command.share_of_turn(&start.command);
+        let direct = || {
+            let begin = frame.scaled(&start.unknowns);
+            newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS, SETTLED).ok()
         };
-        let Some(found) = found else { return Self::lost(command) };
+        let found = match if share >= 1.0 { direct() } else { None } {
+            Some(found) if found.determinant / reference > 0.0 => Some((found, reference)),
+            other => match self.in_steps(command, start, reference, share) {
+                Some(found) => Some((found, reference)),
+                // What no path of stable equilibria leads to is not called stable.
+                None => other.or_else(direct).map(|found| (found, f64::NAN)),
+            },
+        };
+        let Some((found, reference)) = found else { return Self::lost(command) };
         let mut found = self.conclude(&frame, command, found, reference);
         found.error = self.error(&frame, &found);
         found
     }
 
     /// The equilibrium that Newton's method finds near given forces and a course of the tubes; nothing is said of its stability.
-    pub(super) fn near(
+    pub(crate) fn near(
         &self,
         command: &BundleCommand,
         start: &Unknowns,
@@ -252,10 +266,16 @@ impl<'a> BundleSolver<'a> {
         found.converged.then_some(found)
     }
 
-    /// Moves from a neighbour to the command in steps that halve where Newton's method does not arrive at an equilibrium as stable as
-    /// the last.
-    fn in_steps(&self, command: &BundleCommand, start: &BundleEquilibrium, reference: f64) -> Option<Found> {
-        let (mut reached, mut step) = (0.0, 0.25);
+    /// Moves from a neighbour to the command in steps, none longer than `longest`, that halve where Newton's method does not arrive at an
+    /// equilibrium as stable as the last.
+    fn in_steps(
+        &self,
+        command: &BundleCommand,
+        start: &BundleEquilibrium,
+        reference: f64,
+        longest: f64,
+    ) -> Option<Found> {
+        let (mut reached, mut step) = (0.0, longest.min(0.25));
         let mut last = (start.unknowns.clone(), start.between.clone());
         for _ in 0..MOST_STEPS {
             let next = f64::min(1.0, reached + step);
@@ -270,7 +290,7 @@ impl<'a> BundleSolver<'a> {
                 Some(found) if next >= 1.0 => return Some(found),
                 Some(found) => {
                     reached = next;
-                    step *= if found.iterations <= EASY { 2.0 } else { 1.0 };
+                    step = longest.min(step * if found.iterations <= EASY { 2.0 } else { 1.0 });
                     last = (frame.unknowns(&found.unknowns), found.steps);
                 }
                 None => {

@@ -28,7 +28,25 @@ impl Drive {
     /// Is the motion prescribed, not the effort?
     #[must_use]
     pub fn is_motion(self) -> bool {
-        matches!(self, Self::Motion(_))
+        self.motion().is_some()
+    }
+
+    /// The prescribed motion, where that is what is prescribed.
+    #[must_use]
+    pub fn motion(self) -> Option<f64> {
+        match self {
+            Self::Motion(motion) => Some(motion),
+            Self::Effort(_) => None,
+        }
+    }
+
+    /// The prescribed effort, where that is what is prescribed.
+    #[must_use]
+    pub fn effort(self) -> Option<f64> {
+        match self {
+            Self::Motion(_) => None,
+            Self::Effort(effort) => Some(effort),
+        }
     }
 
     /// The same kind of drive with another number.
@@ -220,12 +238,12 @@ impl Command {
             if settings.resolution.angle == 0 && actuator.rotation.value() != 0.0 {
                 return Err(CommandProblem::AngleLocked { tube: tube_of(index) });
             }
-            if let Drive::Motion(motion) = actuator.push_pull
+            if let Some(motion) = actuator.push_pull.motion()
                 && motion.abs() >= robot.length()
             {
                 return Err(CommandProblem::TooFar { tube: tube_of(index), motion, length: robot.length() });
             }
-            if let Drive::Motion(motion) = actuator.push_pull
+            if let Some(motion) = actuator.push_pull.motion()
                 && motion.abs() > 0.0
                 && !settings.can_slide(robot, index)
             {

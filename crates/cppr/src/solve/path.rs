@@ -158,7 +158,7 @@ impl Finder<'_> {
             let Some((f, left)) = self.leaves_plate(command, equilibrium) else {
                 // A follower that stands at the plate leaves the rest of its force to the jump there.
                 for (state, actuator) in equilibrium.actuators.iter_mut().zip(&command.actuators) {
-                    if let Drive::Effort(force) = actuator.push_pull {
+                    if let Some(force) = actuator.push_pull.effort() {
                         state.tension = force;
                     }
                 }
@@ -185,7 +185,7 @@ impl Finder<'_> {
     fn wrong_edge(&self, edges: u64, result: &Equilibrium) -> Option<usize> {
         (0..result.drives.len()).find(|&f| {
             let inside = edges >> f & 1 == 1;
-            matches!(result.drives[f].push_pull, Drive::Effort(_))
+            result.drives[f].push_pull.effort().is_some()
                 && if result.status.is_equilibrium() {
                     inside != has_edge(self.robot, f, result.actuators[f].motion)
                 } else {

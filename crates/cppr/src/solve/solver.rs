@@ -2,8 +2,8 @@
 
 use super::system::Buffers;
 use super::{Command, CommandProblem, Equilibrium, Settings, SettingsProblem};
-use crate::bundle::Bundle;
 use crate::design::Robot;
+use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -19,20 +19,15 @@ pub struct Solver {
     pub(crate) robot: Robot,
     pub(crate) settings: Settings,
     pub(crate) buffers: Buffers,
-    /// The bundle of a robot (by serial number) for the integration that accuracy is measured with.
-    pub(crate) bundle: Option<(u64, Arc<Bundle>)>,
+    /// What an analysis has made of a robot (by serial number) and keeps for the next time.
+    pub(crate) kept: Option<(u64, Arc<dyn Any + Send + Sync>)>,
 }
 
 impl Solver {
     /// Solves with default settings.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
-        Self {
-            robot: robot.clone(),
-            settings: Settings::default(),
-            buffers: Buffers::default(),
-            bundle: None,
-        }
+        Self { robot: robot.clone(), settings: Settings::default(), buffers: Buffers::default(), kept: None }
     }
 
     /// Solves with the given settings.

@@ -87,7 +87,7 @@ impl<'a> Plain<'a> {
         let edges: Vec<_> = (0..efforts.edge.len()).map(|b| slope(&|e| e.edge[b] += 1.0)).collect();
         let is_motion = |k: &usize| {
             let actuator = found.drives[k / 2];
-            matches!([actuator.push_pull, actuator.rotation][k % 2], Drive::Motion(_))
+            [actuator.push_pull, actuator.rotation][k % 2].is_motion()
         };
         let unknown: Vec<usize> = (0..inputs).filter(is_motion).collect();
         let rows: Vec<&DVector<f64>> = unknown.iter().map(|&k| &motions[k]).chain(&edges).collect();

@@ -1,11 +1,10 @@
 //! How far an equilibrium of the modal solver is from the equations themselves: the same bundle is integrated, which knows no modes,
 //! beginning with the forces found.
 
-use super::Bundle;
-use super::course::Course;
-use super::flow::POSE;
-use super::frame::Unknowns;
-use super::solve::{BundleCommand, BundleSolver, TubeDrive};
+use crate::bundle::Bundle;
+use crate::bundle::course::{Course, POSE};
+use crate::bundle::frame::Unknowns;
+use crate::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
 use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver};
@@ -92,7 +91,7 @@ impl Solver {
 
     /// The discretisation error of an equilibrium that was found from rest, and where its tip is not within `accuracy` times the length,
     /// the equilibrium at twice or four times as many modes and nodes. Where none of them is, the best is returned with its error. Settings
-    /// stay. There is no error where there is no equilibrium.
+    /// stay. There is no error where there is no equilibrium, and in the printed formulation.
     ///
     /// # Errors
     /// As [`Solver::solve`].
@@ -105,7 +104,8 @@ impl Solver {
         let command = found.command().clone();
         let bound = accuracy * self.robot.length();
         let mut best = (found, None);
-        if !best.0.status().is_equilibrium() {
+        // The printed formulation is no discretisation of anything: more modes lead it elsewhere.
+        if !best.0.status().is_equilibrium() || settings.formulation == Formulation::Printed {
             return Ok(best);
         }
         best.1 = self.accuracy(&best.0);
@@ -139,10 +139,14 @@ impl Solver {
 
     /// The robot's tubes for the integration, kept for the next time. `None` where a section between samples cannot be built.
     fn bundle_of(&mut self, robot: &Robot) -> Option<Arc<Bundle>> {
-        if self.bundle.as_ref().is_none_or(|(serial, _)| *serial != robot.serial()) {
-            self.bundle = Some((robot.serial(), Arc::new(Bundle::from_robot(robot).ok()?)));
+        if let Some((serial, kept)) = &self.kept
+            && *serial == robot.serial()
+        {
+            return Arc::clone(kept).downcast().ok();
         }
-        self.bundle.as_ref().map(|(_, bundle)| Arc::clone(bundle))
+        let bundle = Arc::new(Bundle::from_robot(robot).ok()?);
+        self.kept = Some((robot.serial(), Arc::clone(&bundle) as Arc<_>));
+        Some(bundle)
     }
 
     /// Labels and rotations of all tubes along the leader.
