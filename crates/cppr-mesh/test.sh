@@ -3,17 +3,8 @@
 # Installs them by itself: Python packages in .venv of the root, the validator in target.
 set -eu
 cd "$(dirname "$0")/../.."
-venv=.venv
-if [ ! -x "$venv/bin/pip" ]; then
-    # Debian keeps venv in a package of its own.
-    python3 -m ensurepip --version >/dev/null 2>&1 || [ "$(id -u)" != 0 ] || apt-get install -y -q python3-venv
-    python3 -m venv "$venv"
-fi
-marker="$venv/cppr-mesh-requirements.txt"
-if ! cmp -s crates/cppr-mesh/requirements.txt "$marker"; then
-    "$venv/bin/pip" install --quiet --disable-pip-version-check -r crates/cppr-mesh/requirements.txt
-    cp crates/cppr-mesh/requirements.txt "$marker"
-fi
+. ./python-env.sh
+python_env crates/cppr-mesh/requirements.txt
 if [ ! -d target/gltf-validator/node_modules/gltf-validator ]; then
     command -v npm >/dev/null || [ "$(id -u)" != 0 ] || apt-get install -y -q npm
     mkdir -p target/gltf-validator

@@ -113,15 +113,22 @@ fn motor(shaft: Shaft, at: &TubeEffort) -> [f64; 2] {
     [at.label + at.force / shaft.axial, at.rotation + at.torque / shaft.torsional]
 }
 
+/// The status in words: the sign of a determinant does not see two eigenvalues that change theirs together.
+pub fn status(found: &BundleEquilibrium) -> &'static str {
+    if found.stable {
+        "converged, stable unless two eigenvalues changed sign together"
+    } else {
+        "converged, unstable or beyond a snap from rest"
+    }
+}
+
 fn table(design: &BundleDesign, bundle: &Bundle, found: &BundleEquilibrium, time: Duration) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<22}{value}");
     };
     let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
-    let status =
-        if found.stable { "converged, stable" } else { "converged, unstable or beyond a snap from rest" };
-    line("status", status.into());
+    line("status", status(found).into());
     line("tip position", format!("{} mm", three((found.tip * 1e3).into(), 3)));
     let direction = found.frame.column(0);
     line("tip direction", three([direction.x, direction.y, direction.z], 5));

@@ -76,7 +76,7 @@ impl Resolved {
     }
 }
 
-/// One digit that counts, without an exponent where that is short.
+/// One digit that counts, without an exponent where that is short; nothing is known better than to within 1e-9.
 fn digits(value: f64) -> String {
-    if value < 1e-4 { format!("{value:.0e}") } else { plain(value, 4) }
+    if value < 1e-4 { format!("{:.0e}", value.max(1e-9)) } else { plain(value, 4) }
 }

@@ -91,7 +91,7 @@ impl Solver {
 
     /// The discretisation error of an equilibrium that was found from rest, and where its tip is not within `accuracy` times the length,
     /// the equilibrium at twice or four times as many modes and nodes. Where none of them is, the best is returned with its error. Settings
-    /// stay. There is no error where there is no equilibrium, and in the printed formulation.
+    /// stay. An equilibrium of another robot keeps its modes. There is no error where there is no equilibrium, and in the printed formulation.
     ///
     /// # Errors
     /// As [`Solver::solve`].
@@ -109,6 +109,9 @@ impl Solver {
             return Ok(best);
         }
         best.1 = self.accuracy(&best.0);
+        if best.0.robot().serial() != self.robot.serial() {
+            return Ok(best);
+        }
         let mut coarser = best.0.clone();
         for factor in FACTORS {
             if best.1.is_some_and(|own: Accuracy| own.tip <= bound) {

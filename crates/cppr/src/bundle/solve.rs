@@ -229,7 +229,8 @@ impl<'a> BundleSolver<'a> {
             let begin = frame.scaled(&start.unknowns);
             newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS, SETTLED).ok()
         };
-        let found = match if share >= 1.0 { direct() } else { None } {
+        let at_once = if share >= 1.0 { direct() } else { None };
+        let found = match at_once {
             Some(found) if found.determinant / reference > 0.0 => Some((found, reference)),
             other => match self.in_steps(command, start, reference, share) {
                 Some(found) => Some((found, reference)),
