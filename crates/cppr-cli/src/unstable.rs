@@ -47,7 +47,10 @@ impl Unstable {
                 three(stable.tip * 1e3, 3),
                 three(stable.direction, 5)
             ),
-            None => "no stable shape was found on the branches that leave the path from rest".into(),
+            None => {
+                "no stable shape was found in a bounded search of the branches that leave the path from rest"
+                    .into()
+            }
         };
         [
             "this equilibrium is unstable; a real robot is in another shape".into(),

@@ -135,6 +135,29 @@ fn a_load_that_follows_the_tip_branches_nowhere() {
 }
 
 #[test]
+fn steps_are_bounded_over_all_branches() {
+    let strip = rod([1.0, 1e6], 1.0);
+    let family = Family::load(tip_force(0.0, 1.0, 0.0), 0.0, 6.0).unwrap();
+    let trace = |steps| {
+        let tracing = Tracing { depth: 1, steps, ..Tracing::default() };
+        branches(&strip, Settings::default(), &family, &tracing)
+    };
+    let all = trace(usize::MAX);
+    assert_eq!((all.len(), all[0].end, all[1].end), (3, End::Last, End::Last));
+    // Enough for the first branch and a little of the next.
+    let steps = all[0].points.len() + 10;
+    let some = trace(steps);
+    assert_eq!([some[0].end, some[1].end, some[2].end], [End::Last, End::Points, End::Points]);
+    // No steps: the start, the branch point, and with what each of the others begins.
+    let taken = some.iter().map(|b| b.points.len()).sum::<usize>() - 6;
+    assert!(
+        taken <= steps && some[1].points.len() > 2 && some[1].points.len() < all[1].points.len(),
+        "{taken}"
+    );
+    assert!(trace(3).iter().all(|b| b.end == End::Points));
+}
+
+#[test]
 fn a_strip_buckles_sideways() {
     // The classical value neglects the deflection before buckling, which goes to zero with EI_Y/EI_Z.
     let strip = rod([1.0, 1e6], 1.0);

@@ -40,13 +40,15 @@ pub struct Tracing {
     pub tolerance: f64,
     /// Most points of one branch. Default 2000.
     pub points: usize,
+    /// Most steps on all branches together, those that were too long included: the bound of what tracing costs. Default: none.
+    pub steps: usize,
     /// How many times a branch is left for another: 0, the default, traces the first one only.
     pub depth: usize,
 }
 
 impl Default for Tracing {
     fn default() -> Self {
-        Self { step: 0.05, shortest: 1e-7, tolerance: 1e-8, points: 2000, depth: 0 }
+        Self { step: 0.05, shortest: 1e-7, tolerance: 1e-8, points: 2000, steps: usize::MAX, depth: 0 }
     }
 }
 
@@ -106,7 +108,7 @@ pub enum End {
     First,
     /// Where it began: a closed curve.
     Closed,
-    /// [`Tracing::points`] are computed.
+    /// [`Tracing::points`] are computed, or [`Tracing::steps`] taken.
     Points,
     /// No step, however short, leads on: the model ends here, or a singularity that is neither fold nor branch point.
     Step,

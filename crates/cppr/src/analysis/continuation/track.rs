@@ -28,6 +28,8 @@ pub(super) struct Tracer<'a> {
     pub tracing: &'a Tracing,
     /// Do all loads have a potential, so that inertia and determinant tell the same?
     pub conservative: bool,
+    /// Steps that may still be taken.
+    left: usize,
 }
 
 /// Least cosine of the angle between the tangents of neighbours: 20°.
@@ -36,7 +38,7 @@ const STRAIGHT: f64 = 0.94;
 impl<'a> Tracer<'a> {
     pub fn new(solver: Bordered<'a>, tracing: &'a Tracing) -> Self {
         let conservative = solver.family.is_conservative();
-        Self { solver, tracing, conservative }
+        Self { solver, tracing, conservative, left: tracing.steps }
     }
 
     /// The node of an equilibrium of the first command, its tangent towards growing λ.
@@ -106,9 +108,10 @@ impl<'a> Tracer<'a> {
             if self.solver.buffers.is_stopped() {
                 return End::Stopped;
             }
-            if trail.points.len() >= self.tracing.points {
+            if trail.points.len() >= self.tracing.points || self.left == 0 {
                 return End::Points;
             }
+            self.left -= 1;
             let limit = match self.room(&here) {
                 Room::Free => longest,
                 Room::Within(limit) => limit.min(longest),
