@@ -28,8 +28,10 @@ mod gltf;
 mod mesh;
 mod part;
 mod ring;
+#[cfg(feature = "files")]
 mod solid_files;
 mod tube;
+#[cfg(feature = "files")]
 mod unrolled;
 
 pub use bend::{bend, bent_tubes};
@@ -37,6 +39,8 @@ pub use error::MeshError;
 pub use gltf::{glb, gltf};
 pub use mesh::{Flaws, Mesh, Shaded};
 pub use part::{FileError, Part};
+#[cfg(feature = "files")]
 pub use solid_files::{obj, stl, three_mf};
 pub use tube::{Detail, Flange, TubeOptions, tube_mesh, tube_volume};
+#[cfg(feature = "files")]
 pub use unrolled::{CUT_LAYER, OUTLINE_LAYER, Unrolled, UnrolledOptions, dxf, unrolled};

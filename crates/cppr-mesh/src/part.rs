@@ -35,6 +35,7 @@ impl std::error::Error for FileError {
 }
 
 /// Millimetres, as workshop files have them.
+#[cfg(feature = "files")]
 pub(crate) fn millimetres(position: [f64; 3]) -> [f64; 3] {
     position.map(|v| v * 1e3)
 }

@@ -263,10 +263,12 @@ impl<'a> TubeBody<'a> {
         lower
     }
 
+    #[cfg(feature = "files")]
     pub fn outer(&self) -> &Contour {
         &self.sampling.outer
     }
 
+    #[cfg(feature = "files")]
     pub fn bore(&self) -> &Contour {
         &self.sampling.bore
     }

@@ -12,11 +12,15 @@
 mod cloud;
 mod describe;
 mod drag;
+#[cfg(feature = "server")]
 mod guard;
+#[cfg(feature = "server")]
 mod live;
 pub mod message;
 pub mod save;
+#[cfg(feature = "server")]
 mod server;
 pub mod session;
 
+#[cfg(feature = "server")]
 pub use server::{Options, serve};

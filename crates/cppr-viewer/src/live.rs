@@ -3,6 +3,7 @@
 //! Requests to solve wait in a place for one: a newer one replaces the one that waits. Answers go through
 //! a short queue; while it is full the solver waits, and what the page asks meanwhile is merged.
 
+use crate::message::Message as Answer;
 use crate::session::{Request, Session, Solve};
 use axum::extract::ws::{Message, WebSocket};
 use std::collections::VecDeque;
@@ -107,7 +108,7 @@ pub async fn run(mut socket: WebSocket, first: Session, place: Place) {
         tokio::select! {
             answer = answers.recv() => {
                 let Some(answer) = answer else { break };
-                if socket.send(answer).await.is_err() {
+                if socket.send(wire(answer)).await.is_err() {
                     break;
                 }
             }
@@ -121,6 +122,13 @@ pub async fn run(mut socket: WebSocket, first: Session, place: Place) {
         }
     }
     inbox.close();
+}
+
+fn wire(answer: Answer) -> Message {
+    match answer {
+        Answer::Text(text) => Message::Text(text.into()),
+        Answer::Binary(bytes) => Message::Binary(bytes.into()),
+    }
 }
 
 /// Puts what the page says where the solver finds it, or says why not.
@@ -141,7 +149,7 @@ fn take(message: Message, inbox: &Inbox) -> Result<(), String> {
     }
 }
 
-fn work(inbox: &Inbox, mut session: Session, answers: &mpsc::Sender<Message>, _place: Place) {
+fn work(inbox: &Inbox, mut session: Session, answers: &mpsc::Sender<Answer>, _place: Place) {
     let mut send = |message| answers.blocking_send(message).is_ok();
     let mut going = true;
     while going {

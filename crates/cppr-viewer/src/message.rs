@@ -17,6 +17,15 @@ use cppr_mesh::Shaded;
 use nalgebra::{Rotation3, UnitQuaternion};
 use serde::Serialize;
 
+/// A message to the page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// JSON.
+    Text(String),
+    /// As above.
+    Binary(Vec<u8>),
+}
+
 /// Sections of a pose.
 pub const SECTIONS: usize = 97;
 

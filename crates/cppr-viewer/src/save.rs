@@ -3,8 +3,8 @@
 //! The file holds the page, its style and script, and the messages that a server would have sent: the robot, the
 //! bodies of its tubes, and one message for every pose of a grid. It opens from anywhere and talks to nobody.
 
+use crate::message::Message;
 use crate::session::{Request, Session, Solve};
-use axum::extract::ws::Message;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use cppr_io::scenario::ActuatorEntry;
@@ -151,7 +151,6 @@ fn keep(list: &mut Vec<Value>, message: Message) -> bool {
     list.push(match message {
         Message::Binary(bytes) => BASE64_STANDARD.encode(bytes).into(),
         Message::Text(text) => serde_json::from_str(&text).unwrap_or(Value::Null),
-        _ => Value::Null,
     });
     true
 }

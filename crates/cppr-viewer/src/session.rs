@@ -7,8 +7,7 @@ pub use crate::cloud::{Cloud, Range};
 use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::drag;
-use crate::message::{self, SECTIONS};
-use axum::extract::ws::Message;
+use crate::message::{self, Message, SECTIONS};
 use cppr::analysis::{Place, SafeRange, SectionLimit, Shape, Teeth, explained, governing};
 use cppr::design::{DesignProblem, Robot};
 use cppr::solve::{Equilibrium, Solver, Status};
@@ -16,7 +15,7 @@ use cppr_io::scenario::NotchChange;
 use cppr_io::{Problems, RobotFile, Scenario};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::time::Instant;
+use web_time::Instant;
 
 /// A message of the page.
 #[derive(Clone, Debug, Deserialize)]
@@ -156,11 +155,11 @@ pub struct Session {
 /// Something that is wrong with a message, as a message.
 #[must_use]
 pub fn problem(text: &str) -> Message {
-    Message::Text(json!({"kind": "problem", "text": text}).to_string().into())
+    Message::Text(json!({"kind": "problem", "text": text}).to_string())
 }
 
 fn text(value: &impl Serialize) -> Message {
-    Message::Text(serde_json::to_string(value).unwrap_or_default().into())
+    Message::Text(serde_json::to_string(value).unwrap_or_default())
 }
 
 /// The problems of a file, one by one.
@@ -293,7 +292,7 @@ impl Session {
         pose.limits = limits.iter().map(NotchLimit::from).collect();
         let bytes = message::encode(&pose, &message::floats(found.robot(), &shape));
         model.stable = Some(if found.status() == Status::Converged { found } else { before });
-        send(Message::Binary(bytes.into()))
+        send(Message::Binary(bytes))
     }
 
     /// Tells the page how far each actuator may go while the others stay; nothing where the pose is not safe itself.
@@ -333,7 +332,7 @@ impl Session {
         if remaining.is_empty() {
             self.background = None;
         }
-        send(Message::Binary(message.into()))
+        send(Message::Binary(message))
     }
 }
 
@@ -344,7 +343,7 @@ impl Model {
         send(text(&Description::new(&file, self.solver.robot(), changed)))
             && describe::bodies(&file, self.solver.robot())
                 .into_iter()
-                .all(|body| send(Message::Binary(body.into())))
+                .all(|body| send(Message::Binary(body)))
     }
 
     /// Brings the notches to the given changes; true where the robot is another one then.

@@ -1,22 +1,43 @@
-// Measures the live page in a headless browser. Run: node measure.js [ROBOT...], files seen from the root of the repository.
+// Measures the live page in a headless browser. Run: node measure.js [--alone] [ROBOT...], files seen from the root of the repository.
+// With --alone it is the page that solves by itself.
 //
 // First as a hand moves a slider: one change with every picture of the screen, as the browser hands out a mouse's motion. Then as fast as
 // it goes: the next change when the last one's shape is there. Times run from the change: until its shape is decoded and handed to the
 // renderer (shape), until the picture of it is sent to the graphics card (picture sent), until that has drawn it (picture drawn).
 
-import { readFileSync } from "node:fs";
-import { browser, open, view } from "./test/browser.js";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { browser, open, root, view } from "./test/browser.js";
 
 const SECONDS = 6;
-const robots = process.argv.length > 2 ? process.argv.slice(2) : ["r1", "r3", "childs3", "helicoid"].map((r) => `robots/${r}.toml`);
+const asked = process.argv.slice(2).filter((argument) => argument !== "--alone");
+const alone = asked.length < process.argv.length - 2;
+const robots = asked.length > 0 ? asked : ["r1", "r3", "childs3", "helicoid"].map((r) => `robots/${r}.toml`);
+/** The page that solves by itself, as `view` gives that of the program. */
+function lone() {
+  const folder = mkdtempSync(join(tmpdir(), "cppr-measure-"));
+  const file = join(folder, "live.html");
+  execFileSync("node", [join(root, "crates/cppr-web/page.js"), file], { stdio: "ignore" });
+  return { address: pathToFileURL(file).href, close: () => rmSync(folder, { recursive: true }) };
+}
+
 const chrome = await browser();
 const row = (cells) => console.log(`| ${cells.join(" | ")} |`);
 const head = ["robot", "pictures a second", "shape (ms)", "picture sent (ms)", "picture drawn (ms)", "updates a second at most", "shape then (ms)", "solve (ms)"];
 row(head);
 row(head.map(() => "---"));
 for (const robot of robots) {
-  const server = await view(robot);
+  const server = alone ? lone() : await view(robot);
   const { page } = await open(chrome.context, server.address);
+  if (alone) {
+    const text = readFileSync(join(root, robot), "utf8");
+    await page.evaluate((file) => cppr.source.robot(file), { name: robot, text });
+    const name = text.match(/^name *= *"(.*)"/m)[1];
+    await page.waitForFunction((wanted) => cppr.store.robot?.name === wanted && cppr.source.idle, name);
+  }
   const result = await page.evaluate(async (seconds) => {
     const { store, source, stage } = cppr;
     const most = store.robot.controls[0].pull_mm / 2;

@@ -12,11 +12,13 @@ import { Pose } from "./pose.js";
 import { Readout } from "./readout.js";
 import { Saved } from "./saved.js";
 import { Stage, VIEWS } from "./scene.js";
-import { Live } from "./source.js";
+import { beginsWith, link } from "./link.js";
+import { Live, dialServer } from "./source.js";
 import { Store, rest, trimmed } from "./store.js";
+import { dialWorker, robots, shownFirst } from "./worker-socket.js";
 
 const saved = document.getElementById("saved");
-const source = saved ? new Saved(saved.textContent) : new Live();
+const source = saved ? new Saved(saved.textContent) : new Live(robots ? dialWorker : dialServer);
 const store = new Store();
 
 const app = document.getElementById("app");
@@ -130,7 +132,16 @@ function begin(description) {
   }
   panel = source.live ? controlPanel(store, robot) : source.panel();
   left.replaceChildren(...panel.nodes, ...views());
+  const scenario = linked;
+  linked = null;
+  try {
+    if (scenario) store.start(scenario);
+  } catch {
+    listProblems("The link cannot be used", ["Its state is not one of a robot. The robot is shown at rest instead."]);
+  }
 }
+/** What the page's link asks for; until its robot is there. */
+let linked = null;
 let begun = false;
 
 function listProblems(title, list) {
@@ -167,7 +178,10 @@ const messages = {
     numbers.wake();
   },
   refused: ({ reasons }) => refuse(reasons),
-  bad_file: ({ name: file, problems: list }) => listProblems(`${file} cannot be used`, list),
+  bad_file: ({ name: file, problems: list }) => {
+    linked = null;
+    listProblems(`${file} cannot be used`, list);
+  },
   problem: ({ text }) => listProblems("The server does not understand the page", [text]),
   scenario: ({ scenario }) => store.replace(scenario),
   // With which the program was started; not after a lost connection, and not for undo.
@@ -184,7 +198,7 @@ source.addEventListener("message", ({ detail }) => messages[detail.kind]?.(detai
 source.addEventListener("open", () => (again = robot !== null));
 source.addEventListener("lost", () => {
   readout.say("bad", "The connection is lost; trying again …");
-  if (store.pose) refuse(["The connection to the program is lost. If it was ended, start it again."]);
+  if (store.pose) refuse([source.lost]);
 });
 store.addEventListener("change", ({ detail }) => {
   if (!moving) {
@@ -281,8 +295,24 @@ const menu = el(
 );
 menu.addEventListener("click", (e) => e.target instanceof HTMLButtonElement && (menu.open = false));
 menu.addEventListener("focusout", (e) => !menu.contains(e.relatedTarget) && (menu.open = false));
+/** Robots that came with the page, and a link that carries robot and state to another one. */
+function alone() {
+  const list = select("Robot", [["", "Robots…"], ...Object.keys(robots).map((key) => [key, key])], "", (key) => {
+    list.value = "";
+    source.robot({ name: key, text: robots[key] });
+  });
+  const share = button("Link", "An address that carries this robot and its state", async () => {
+    history.replaceState(null, "", await link(source.file ?? { name: shownFirst, text: robots[shownFirst] }, trimmed(store.scenario)));
+    // A page that was opened as a file may be kept from the clipboard; the address bar has the link as well.
+    const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+    share.textContent = copied ? "Copied" : "In the address bar";
+    setTimeout(() => (share.textContent = "Link"), 2000);
+  });
+  return [list, share];
+}
 const theme = button("◐", "Light or dark (T)", () => setTheme(stage.theme === "dark" ? "light" : "dark"));
 tools.append(
+  ...(robots ? alone() : []),
   ...(source.live ? [button("Open…", "Another robot, or a state; or drop a file on the page", () => file.click()), file] : []),
   ...(source.live ? [el("span", { className: "group" }, undo, redo, button("Reset", "Everything held, no load (R)", reset))] : []),
   el("label", { className: "group" }, "Colour ", colour),
@@ -335,6 +365,13 @@ addEventListener("keydown", (e) => {
 });
 
 setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-source.connect();
+if (robots) {
+  beginsWith(location.hash).then(({ file, scenario, problem }) => {
+    if (problem) listProblems("The link cannot be used", [problem]);
+    linked = scenario;
+    source.connect(file);
+  });
+  addEventListener("hashchange", () => location.reload());
+} else source.connect();
 // For the console, tests and measurements.
 window.cppr = { store, source, stage, arrow, readout, plots, player, svg: () => svg(stage) };

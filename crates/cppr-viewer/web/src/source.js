@@ -9,15 +9,22 @@ export function decode(buffer) {
   return { ...head, floats: new Float32Array(buffer, 4 + length) };
 }
 
+/** The connection to the server that gave the page. */
+export function dialServer() {
+  return new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
+}
+dialServer.lost = "The connection to the program is lost. If it was ended, start it again.";
+
 /**
- * The server. One request is under way at a time; what changes meanwhile goes out with the answer, so
- * that the newest state is always the next to be solved. Dispatches `message` events with decoded messages,
- * `open` and `lost`.
+ * Who solves: a server, or a worker of the page. `dial` makes the connection, a WebSocket or what behaves like one. One request is
+ * under way at a time; what changes meanwhile goes out with the answer, so that the newest state is always the next to be solved.
+ * Dispatches `message` events with decoded messages, `open` and `lost`.
  */
 export class Live extends EventTarget {
   live = true;
   /** Round trips of the last requests (ms), for measurements. */
   times = [];
+  #dial;
   #socket = null;
   #id = 0;
   #under = null;
@@ -25,8 +32,25 @@ export class Live extends EventTarget {
   #wait = 250;
   #file = null;
 
-  connect() {
-    const socket = new WebSocket(new URL("live", location.href.replace(/^http/, "ws")));
+  constructor(dial) {
+    super();
+    this.#dial = dial;
+  }
+
+  /** What it means when the connection is lost. */
+  get lost() {
+    return this.#dial.lost;
+  }
+
+  /** The robot file that was given to the page; null for the first one. */
+  get file() {
+    return this.#file;
+  }
+
+  /** `file`: begin with this robot. */
+  connect(file = this.#file) {
+    this.#file = file;
+    const socket = this.#dial();
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.#wait = 250;
@@ -86,7 +110,16 @@ export class Live extends EventTarget {
       this.#offered = null;
       if (this.#under?.id === 0) this.#under = null;
     }
-    if (message.kind === "bad_file") this.#offered = null;
+    if (message.kind === "bad_file") {
+      this.#offered = null;
+      // Where there is no robot yet, the first one is shown instead.
+      if (this.#under?.id === 0) {
+        this.#file = null;
+        this.send({ robot: null });
+      }
+    }
+    // What was not understood is not answered either.
+    if (message.kind === "problem" && this.#under?.id) this.#under = null;
     if (message.id !== undefined && message.id === this.#under?.id) {
       this.times.push(performance.now() - this.#under.since);
       if (this.times.length > 4096) this.times.splice(0, 2048);
