@@ -2,7 +2,8 @@
 #![allow(clippy::panic, clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use cppr::design::{
-    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, Torsion, TubeDesign,
+    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, TeethStiffness, Torsion,
+    TubeDesign,
 };
 use cppr_io::{NotchPattern, RobotFile, robot_file, robot_text};
 use std::f64::consts::PI;
@@ -28,6 +29,7 @@ fn planar(outer: f64, inner: f64, depth: Profile, direction: f64, factor: f64) -
         depth,
         direction: Profile::constant(direction),
         pattern: Some(PATTERN),
+        teeth: TeethStiffness::Flexible,
         material: PLA,
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,

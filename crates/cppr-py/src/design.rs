@@ -4,8 +4,8 @@ use crate::arrays::{number, unmasked};
 use crate::errors::{self, Listed};
 use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
 use cppr::design::{
-    BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube, Torsion,
-    TubeDesign,
+    BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube,
+    TeethStiffness, Torsion, TubeDesign,
 };
 use cppr_io::bundle_file::with_below;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -222,6 +222,7 @@ impl<'py> Reader<'py> {
         Ok(NotchedTube {
             outline,
             pattern: self.pattern,
+            teeth: TeethStiffness::Flexible,
             depth: self.profile(&format!("depth of {own}"), &get("depth")?)?,
             direction: self.direction(own, &get("opening")?)?,
             material: self.material(own, &get("material")?)?,

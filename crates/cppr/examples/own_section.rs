@@ -2,7 +2,8 @@
 //! `cargo run -p cppr --example own_section`.
 
 use cppr::design::{
-    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube, Torsion,
+    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube, TeethStiffness,
+    Torsion,
 };
 use cppr::solve::{Command, Solver};
 use std::error::Error;
@@ -27,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         depth: Profile::linear(5.5e-3, 5e-3),
         direction: Profile::constant(0.0),
         pattern: None,
+        teeth: TeethStiffness::Flexible,
         material: nylon,
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,

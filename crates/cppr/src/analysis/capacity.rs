@@ -64,11 +64,13 @@ fn capacity(
     let outline = &design.outline;
     let depth = design.depth.eval(abscissa, length)[0];
     let fibres = outline.fibres(depth).filter(|_| depth > 0.0)?;
+    let peak = design.cell_factors(depth).ok().flatten().and_then(|factors| factors.peak);
     let offset = fibres.offset;
     let share = concentration(pattern, teeth);
     // Farthest fibres on both sides of the centroid's line.
     let farthest =
         (fibres.greatest_kept([1.0, 0.0]) - offset).max(fibres.greatest_kept([-1.0, 0.0]) + offset);
+    let per_curvature = peak.map_or(share * farthest, |peak| peak.bending_z[0].max(-peak.bending_z[1]));
     let edge = fibres.greatest_removed([-1.0, 0.0]) + offset;
     Some(NotchCapacity {
         tube,
@@ -78,7 +80,7 @@ fn capacity(
         thinnest_wall: outline.thinnest_wall(depth),
         kept_height: outline.kept_height(depth),
         closing_curvature: 1.0 / (share * edge),
-        straining_curvature: design.material.allowable_strain.map(|strain| strain / (share * farthest)),
+        straining_curvature: design.material.allowable_strain.map(|strain| strain / per_curvature),
     })
 }
 

@@ -11,6 +11,9 @@
 //! teeth bend as much as the notches, κ_notch = κ. The **strain** is the ε of largest magnitude on the kept part Y ≥ α; on the
 //! part Y ≤ α that is cut away, ε is the relative change of the gap between two teeth, and −ε the part of the notch's length
 //! that bending has taken up: the **closure**, 1 where the teeth touch. For bending in the plane it is κ_notch (ρ̄ + D).
+//!
+//! Where the finite elements of a cell gave the strain at the fillets of its notch ([`crate::design::PeakStrain`]), the strain is a bound on
+//! that one, whatever the teeth are taken to do: the sum of what κ_Y, κ_Z and e make of the mean curvature; twist, whose shear is judged by itself, is not in it.
 
 use super::capacity::concentration;
 use super::strains::Strains;
@@ -295,7 +298,10 @@ fn judge<S: Real>(
             let back = slope.map(|s| -s);
             let (most, least) = (middle + fibres.greatest_kept(slope), middle - fibres.greatest_kept(back));
             let strain = S::from_lanes(|l| {
-                let (most, least) = (most.lane(l), least.lane(l));
+                let [most, least] = match (&fibres.peak, notch) {
+                    (Some(peak), Some(_)) => peak.bounds([0, 1, 2].map(|i| values[i].lane(l))),
+                    _ => [most.lane(l), least.lane(l)],
+                };
                 if most >= -least { most } else { least }
             });
             let judged = Judged {

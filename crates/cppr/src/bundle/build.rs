@@ -4,8 +4,8 @@ use super::curve::{Piece, Values};
 use super::{Bundle, BundleTube, Shaft};
 use crate::design::robot::{barycentric, chebyshev, misfit};
 use crate::design::{
-    BelowPlate, DesignProblem, DesignProblems, JointProblem, NotchedTube, Outline, Profile, Robot,
-    SectionError, StiffnessTube, Torsion, TubeDesign,
+    BelowPlate, CellFactors, DesignProblem, DesignProblems, JointProblem, NotchedTube, Outline, Profile,
+    Robot, SectionError, StiffnessTube, Torsion, TubeDesign,
 };
 use std::cell::RefCell;
 
@@ -357,20 +357,24 @@ impl<'a> Notched<'a> {
     fn at_depth(&self, depth: f64, torsion: Option<f64>) -> Result<Values, SectionError> {
         let NotchedTube { outline, material, .. } = self.tube;
         let inertia = outline.inertia(depth)?;
+        let cell = self.tube.cell_factors(depth).map_err(SectionError::Cells)?;
+        let by = |factor: fn(&CellFactors) -> f64| cell.as_ref().map_or(1.0, factor);
         let e = material.youngs_modulus;
         let g = material.shear_modulus();
         let torsion = match (torsion, &self.tube.torsion) {
             (Some(given), _) => given,
             (None, Torsion::Polar) if depth > 0.0 => g * inertia.polar_about_centre,
-            _ => g * self.constant(outline, depth)?,
+            _ => g * self.constant(outline, depth)? * by(|c| c.torsion),
         };
         Ok(Values {
-            centroid_offset: self.tube.centroid_offset_factor * inertia.centroid_offset,
-            bending_y: e * inertia.inertia_y,
-            bending_z: e * inertia.inertia_z,
+            centroid_offset: self.tube.centroid_offset_factor
+                * inertia.centroid_offset
+                * by(|c| c.centroid_offset),
+            bending_y: e * inertia.inertia_y * by(|c| c.bending_y),
+            bending_z: e * inertia.inertia_z * by(|c| c.bending_z),
             torsion,
-            axial: e * inertia.area,
-            mass_per_length: material.density * inertia.area,
+            axial: e * inertia.area * by(|c| c.axial),
+            mass_per_length: material.density * inertia.area * by(|c| c.mass),
             rest_curvature: [0.0; 2],
             direction: 0.0,
         })

@@ -16,7 +16,7 @@
 //! | no bore left | d (1 + 0.15 k)/(1 + k), k = π² d⁴/(16 A²) (Roark's formula for solid sections, at a flat) |
 
 use super::section::above;
-use super::{NotchedTube, Outline};
+use super::{NotchedTube, Outline, PeakStrain};
 use crate::real::Real;
 use std::f64::consts::PI;
 
@@ -32,6 +32,8 @@ pub(crate) struct Fibres {
     pub offset: f64,
     /// Greatest shear strain by torsion per rate of twist (m).
     pub shear_arm: f64,
+    /// Where the corners of the notch have a radius: the strain there.
+    pub peak: Option<PeakStrain>,
     extremes: Extremes,
 }
 
@@ -56,7 +58,11 @@ pub(crate) struct TubeFibres {
 
 impl TubeFibres {
     pub fn of(tube: &NotchedTube, length: f64) -> Self {
-        let at = |x: f64| tube.outline.fibres(tube.depth.eval(x, length)[0]);
+        let at = |x: f64| {
+            let depth = tube.depth.eval(x, length)[0];
+            let peak = tube.cell_factors(depth).ok().flatten().and_then(|factors| factors.peak);
+            tube.outline.fibres(depth).map(|fibres| Fibres { peak, ..fibres })
+        };
         let middles = tube.pattern.map(|pattern| pattern.middles()).unwrap_or_default();
         Self {
             plain: tube.outline.fibres(0.0),
@@ -99,7 +105,7 @@ impl Outline {
             Extremes::Corners { kept, removed }
         };
         let shear_arm = self.shear_arm(depth, inertia.area);
-        Some(Fibres { depth, offset: inertia.centroid_offset, shear_arm, extremes })
+        Some(Fibres { depth, offset: inertia.centroid_offset, shear_arm, peak: None, extremes })
     }
 
     fn shear_arm(&self, depth: f64, area: f64) -> f64 {

@@ -1,5 +1,6 @@
 //! What is built: sections, profiles along a tube, tubes and the robot made of them.
 
+pub mod cells;
 pub(crate) mod fibre;
 pub(crate) mod fields;
 pub mod profile;
@@ -9,6 +10,7 @@ pub(crate) mod spline;
 pub(crate) mod torsion;
 pub mod tube;
 
+pub use cells::{CellFactors, CellProblem, CellRange, CellTable, Cut, PeakStrain, TeethStiffness};
 pub use fields::FieldValues;
 pub use profile::{Made, Profile, ProfileError};
 pub use robot::{DesignProblem, DesignProblems, JointProblem, Robot, RobotDesign};

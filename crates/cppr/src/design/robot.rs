@@ -2,7 +2,9 @@
 
 use super::fibre::TubeFibres;
 use super::fields::{FieldValues, Fields, Part};
-use super::{BelowPlate, NotchedTube, Outline, Profile, SectionError, StiffnessTube, Torsion, TubeDesign};
+use super::{
+    BelowPlate, CellFactors, NotchedTube, Outline, Profile, SectionError, StiffnessTube, Torsion, TubeDesign,
+};
 use crate::real::Real;
 use std::array::from_fn;
 use std::f64::consts::PI;
@@ -399,18 +401,22 @@ fn sample_notched(
     let mut samples = Vec::with_capacity(abscissae.len());
     for (i, &x) in abscissae.iter().enumerate() {
         let inertia = tube.outline.inertia(depths[i]).map_err(at(x))?;
+        let cell = tube.cell_factors(depths[i]).map_err(SectionError::Cells).map_err(at(x))?;
+        let by = |factor: fn(&CellFactors) -> f64| cell.as_ref().map_or(1.0, factor);
         let torsion = match &tube.torsion {
-            Torsion::SaintVenant => g * constant[i],
+            Torsion::SaintVenant => g * constant[i] * by(|c| c.torsion),
             Torsion::Polar => g * inertia.polar_about_centre,
             Torsion::Given(profile) => profile.eval(x, length)[0],
         };
         samples.push(FieldValues {
-            centroid_offset: tube.centroid_offset_factor * inertia.centroid_offset,
-            bending_y: e * inertia.inertia_y,
-            bending_z: e * inertia.inertia_z,
+            centroid_offset: tube.centroid_offset_factor
+                * inertia.centroid_offset
+                * by(|c| c.centroid_offset),
+            bending_y: e * inertia.inertia_y * by(|c| c.bending_y),
+            bending_z: e * inertia.inertia_z * by(|c| c.bending_z),
             torsion,
-            axial: e * inertia.area,
-            mass_per_length: mu * inertia.area,
+            axial: e * inertia.area * by(|c| c.axial),
+            mass_per_length: mu * inertia.area * by(|c| c.mass),
             direction: directions[i],
         });
     }

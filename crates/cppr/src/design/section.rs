@@ -12,7 +12,7 @@
 //! as sums of positive terms, and D = α + S/A, I_Z = J − S²/A. One expression serves for every depth: an inner
 //! shape that is whole (shallow notch), cut, or gone (deep notch) merely contributes another share.
 
-use super::torsion;
+use super::{CellProblem, torsion};
 use gauss_quad::GaussLegendre;
 use std::fmt;
 use std::num::NonZeroUsize;
@@ -111,6 +111,8 @@ pub enum SectionError {
         /// Depth at which nothing is left (m).
         limit: f64,
     },
+    /// The stiffness of the tube with its teeth is not known.
+    Cells(CellProblem),
     /// The torsion problem is singular to working precision.
     Torsion {
         /// Depth of the notch (m).
@@ -146,6 +148,7 @@ impl fmt::Display for SectionError {
                 mm(depth),
                 mm(limit)
             ),
+            Self::Cells(problem) => problem.fmt(f),
             Self::Torsion { depth } => write!(
                 f,
                 "the torsion constant of the section notched {:.6} mm deep cannot be computed; \

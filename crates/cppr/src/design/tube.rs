@@ -3,7 +3,7 @@
 //! All values are SI. The rest abscissa x runs from the baseplate (x = 0) to the tip (x = L); angles
 //! are measured about the robot's axis from +Y towards +Z.
 
-use super::{Outline, Profile};
+use super::{Outline, Profile, TeethStiffness};
 
 /// Isotropic material of a tube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +88,8 @@ pub struct NotchedTube {
     pub direction: Profile,
     /// Where the notches are. The mechanics spreads them evenly; limits need them one by one.
     pub pattern: Option<NotchPattern>,
+    /// What the teeth between the notches do to the stiffness.
+    pub teeth: TeethStiffness,
     /// Material.
     pub material: Material,
     /// Torsional stiffness.

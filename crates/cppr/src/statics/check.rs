@@ -4,7 +4,7 @@ use super::assembly::{Assembly, Efforts, RotationMeans, Setting};
 use super::load::{DistributedForce, Frame, Loads, Station, Thread, Wrench};
 use crate::design::fields::{FieldJets, Fields, Jet, Part};
 use crate::design::{BelowPlate, Material, NotchedTube, Outline, Profile, StiffnessTube, Torsion};
-use crate::design::{Robot, RobotDesign, TubeDesign};
+use crate::design::{Robot, RobotDesign, TeethStiffness, TubeDesign};
 use crate::kinematics::Resolution;
 use crate::kinematics::layout::{Cut, Joint, Layout, Layouts};
 use crate::kinematics::pose::Poses;
@@ -309,6 +309,7 @@ pub(super) fn test_robot() -> Robot {
         depth: Profile::linear(1.9e-3, 1.6e-3),
         direction: Profile::linear(4.0, 4.4),
         pattern: None,
+        teeth: TeethStiffness::Flexible,
         material: Material {
             youngs_modulus: 5e9,
             poissons_ratio: 0.35,

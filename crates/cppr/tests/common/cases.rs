@@ -7,7 +7,7 @@ use super::Random;
 use cppr::Vector3;
 use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube,
-    Torsion, TubeDesign,
+    TeethStiffness, Torsion, TubeDesign,
 };
 use cppr::solve::{Actuator, Command, Drive};
 use cppr::statics::{DistributedForce, Frame, Loads, RotationMeans, Station, Thread, Wrench};
@@ -96,6 +96,7 @@ fn notched(
         depth,
         direction: helix(random, direction),
         pattern: (cut && chance(random, 0.7)).then_some(pattern),
+        teeth: TeethStiffness::Flexible,
         material,
         torsion: match pick(random, 4) {
             0 => Torsion::Polar,

@@ -7,7 +7,7 @@ pub mod cases;
 use cppr::Vector3;
 use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, Robot, RobotDesign, StiffnessTube,
-    Torsion, TubeDesign,
+    TeethStiffness, Torsion, TubeDesign,
 };
 use cppr::solve::{Command, Equilibrium, Settings, Solver, Status};
 use serde_json::Value;
@@ -74,6 +74,7 @@ pub fn three_with_edges() -> Robot {
             below: BelowPlate::Plain,
             centroid_offset_factor: 1.0,
             pattern: None,
+            teeth: TeethStiffness::Flexible,
         })
     };
     let tubes = vec![
@@ -100,6 +101,7 @@ pub fn prototype(name: &str, factor: f64, below: BelowPlate) -> Robot {
             depth: Profile::linear(depth[0] * mm, depth[1] * mm),
             direction: Profile::constant(direction),
             pattern: Some(NotchPattern { length: 5.0 * mm, tooth: 5.0 * mm, count: 15 }),
+            teeth: TeethStiffness::Flexible,
             material: Material {
                 youngs_modulus: 5.39e9,
                 poissons_ratio: 0.35,
