@@ -253,7 +253,7 @@ fn read_body(
         Some(uncut(number))
     };
     let (outline, material) = section?;
-    Some(notched(notches?, outline.clone(), *material, factor?))
+    notched(notches?, outline.clone(), *material, factor?, length, out)
 }
 
 /// Curvature (1/m) and direction (rad) of the free part.

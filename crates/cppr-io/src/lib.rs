@@ -39,6 +39,7 @@ pub mod robot_text;
 pub mod scenario;
 mod stiffness;
 mod syntax;
+mod teeth;
 mod tube_file;
 
 pub use bundle_file::read_bundle;

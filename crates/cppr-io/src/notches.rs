@@ -8,11 +8,23 @@ use crate::problems::Collector;
 use crate::profile_value::{Direction, Number, Spread, Written, read};
 use crate::quantity::{DEPTH, LEAST_WALL, LENGTH, STIFFNESS, print, print_mm};
 use crate::robot_file::NotchPattern;
+use crate::teeth::{Teeth, read_teeth};
 use cppr::design::{BelowPlate, Outline, Profile, Torsion};
 use toml::de::DeValue;
 
-const KEYS: [&str; 8] =
-    ["depth_mm", "length_mm", "tooth_mm", "count", "opening_deg", "twist_deg", "torsion", "below_plate"];
+const KEYS: [&str; 11] = [
+    "depth_mm",
+    "length_mm",
+    "tooth_mm",
+    "count",
+    "opening_deg",
+    "twist_deg",
+    "torsion",
+    "below_plate",
+    "teeth",
+    "cut",
+    "corner_radius_mm",
+];
 /// Most notches of a tube.
 const MOST: u32 = 10_000;
 /// Abscissae at which the depth of an interpolated pattern is looked at.
@@ -29,6 +41,7 @@ pub(crate) struct Notches {
     pub torsion: Torsion,
     pub below: BelowPlate,
     pub pattern: Option<NotchPattern>,
+    pub teeth: Teeth,
 }
 
 /// Reads the notches of tube `tube` (from 1). `length` (m) and `outline` may be unknown after a problem.
@@ -52,6 +65,7 @@ pub(crate) fn read_notches(
     let pattern = read_pattern(&cursor, &lists, length, out);
     let middles = pattern.as_ref().map(NotchPattern::middles).unwrap_or_default();
     let torsion = read_torsion(&cursor, length, out);
+    let teeth = read_teeth(&cursor, pattern.is_some(), out);
     let below = match cursor.get("below_plate").map(|entry| entry.word(&["plain", "continued"], out)) {
         Some(Some("continued")) => BelowPlate::Continued,
         _ => BelowPlate::Plain,
@@ -67,7 +81,7 @@ pub(crate) fn read_notches(
         Some(profile)
     });
     let direction = if fits { direction.build(&middles, out) } else { None };
-    Some(Notches { depth: depth?, direction: direction?, torsion: torsion?, below, pattern })
+    Some(Notches { depth: depth?, direction: direction?, torsion: torsion?, below, pattern, teeth: teeth? })
 }
 
 /// Length, tooth and number of the notches; they must be there when `lists` give one value per notch.

@@ -84,6 +84,7 @@ quantity!(BORE, "the radius of a bore", MM, Sign::NotNegative, 1e-3..1e4, LENGTH
 quantity!(DIAMETER, "a diameter", MM, POSITIVE, 2e-3..2e4, LENGTH_SLIP, "6.0");
 quantity!(BORE_DIAMETER, "the diameter of a bore", MM, Sign::NotNegative, 2e-3..2e4, LENGTH_SLIP, "4.0");
 quantity!(DEPTH, "a notch depth", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "5.0");
+quantity!(CORNER, "the radius of a corner", MM, POSITIVE, 1e-3..1e4, LENGTH_SLIP, "0.1");
 quantity!(OFFSET, "a centroid offset", MM, Sign::NotNegative, 1e-6..1e4, LENGTH_SLIP, "1.0");
 quantity!(ABSCISSA, "an abscissa", MM, Sign::NotNegative, 1e-9..1e4, LENGTH_SLIP, "0.0");
 quantity!(MODULUS, "an elastic modulus", GPA, POSITIVE, 1e-6..2e3, MODULUS_SLIP, "5.39");

@@ -7,8 +7,8 @@ use crate::problems::Problems;
 use crate::quantity::{self, Unit};
 use crate::robot_file;
 use cppr::design::{
-    BelowPlate, Made, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube,
-    Torsion, TubeDesign,
+    BelowPlate, CellTable, Cut, Made, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign,
+    StiffnessTube, TeethStiffness, Torsion, TubeDesign,
 };
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -95,6 +95,7 @@ fn notched(
         depth,
         direction,
         pattern,
+        teeth,
         material: _,
         torsion,
         below,
@@ -149,6 +150,19 @@ fn notched(
     }
     if *below == BelowPlate::Continued {
         text += "below_plate = \"continued\"\n";
+    }
+    match teeth {
+        TeethStiffness::Flexible => {}
+        TeethStiffness::Rigid => text += "teeth = \"rigid\"\n",
+        TeethStiffness::Cells(CellTable { cut, corner_radius, .. }) => {
+            text += "teeth = \"cell\"\n";
+            if *cut == Cut::Radial {
+                text += "cut = \"radial\"\n";
+            }
+            if let Some(radius) = corner_radius {
+                let _ = writeln!(text, "corner_radius_mm = {}", number(*radius, quantity::MM, 1.0));
+            }
+        }
     }
     Ok(text)
 }

@@ -7,7 +7,10 @@ use crate::problems::Collector;
 use crate::quantity::{BORE, BORE_DIAMETER, DIAMETER, FACTOR, LEAST_WALL, Quantity, RADIUS, print, print_mm};
 use crate::robot_file::TubeFile;
 use crate::stiffness::read_stiffness;
-use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, Torsion, TubeDesign};
+use crate::teeth::Teeth;
+use cppr::design::{
+    BelowPlate, Material, NotchedTube, Outline, Profile, TeethStiffness, Torsion, TubeDesign,
+};
 use std::ops::Range;
 
 pub(crate) const KEYS: [&str; 9] = [
@@ -163,23 +166,33 @@ fn read_geometry(
     }
     file.notches = notches.as_ref().and_then(|notches| notches.pattern);
     let design = notches.zip(outline.clone()).zip(material).zip(factor);
-    let design = design
-        .map(|(((notches, (outline, _)), material), factor)| notched(notches, outline, material, factor));
+    let design = design.and_then(|(((notches, (outline, _)), material), factor)| {
+        notched(notches, outline, material, factor, robot.length, out)
+    });
     Tube { design, file, outline }
 }
 
-/// The design of a tube, or of one part of it.
-pub(crate) fn notched(notches: Notches, outline: Outline, material: Material, factor: f64) -> TubeDesign {
-    TubeDesign::Notched(NotchedTube {
+/// The design of a tube, or of one part of it; `length` (m) is its own.
+pub(crate) fn notched(
+    notches: Notches,
+    outline: Outline,
+    material: Material,
+    factor: f64,
+    length: Option<f64>,
+    out: &mut Collector,
+) -> Option<TubeDesign> {
+    let tube = NotchedTube {
         outline,
         depth: notches.depth,
         direction: notches.direction,
         pattern: notches.pattern,
+        teeth: TeethStiffness::Flexible,
         material,
         torsion: notches.torsion,
         below: notches.below,
         centroid_offset_factor: factor,
-    })
+    };
+    notches.teeth.of(tube, length, out).map(TubeDesign::Notched)
 }
 
 /// A tube without notches. Its centroid lies on the axis; a follower's axes are turned as if it were
@@ -192,6 +205,7 @@ pub(crate) fn uncut(number: usize) -> Notches {
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,
         pattern: None,
+        teeth: Teeth::Flexible,
     }
 }
 

@@ -1,0 +1,111 @@
+//! `teeth`, `cut` and `corner_radius_mm` of a robot file.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use cppr::Vector3;
+use cppr::bundle::Bundle;
+use cppr::bundle::solve::{BundleCommand, BundleSolver};
+use cppr::design::{FieldValues, Outline, Robot};
+use cppr::statics::Loads;
+use cppr_io::{bundle_file, robot_file, robot_text};
+
+fn text(notches: &str) -> String {
+    format!(
+        "name = \"R1's leader\"\nlength_mm = 150.0\n\n[material]\nyoungs_modulus_GPa = 5.39\npoissons_ratio = 0.35\n\
+         density_kg_m3 = 1240\n\n[[tube]]\nouter_radius_mm = 3.0\ninner_radius_mm = 2.0\n\n[tube.notches]\n\
+         depth_mm = 5.0\n{notches}\n"
+    )
+}
+
+const LENGTHS: &str = "length_mm = 5.0\ntooth_mm = 5.0\n";
+
+fn fields(notches: &str) -> FieldValues {
+    let file = robot_file::parse(&text(notches)).unwrap_or_else(|problems| panic!("{problems}"));
+    Robot::from_design(file.design).unwrap().fields_at(0, 0.05)
+}
+
+#[track_caller]
+fn refused(notches: &str, words: &str) {
+    let problems = robot_file::parse(&text(notches)).unwrap_err().to_string();
+    assert!(problems.contains(words), "{problems}");
+}
+
+#[test]
+fn flexible_teeth_are_the_default_and_rigid_ones_a_bound() {
+    let plain = fields(LENGTHS);
+    assert_eq!(plain, fields(&format!("{LENGTHS}teeth = \"flexible\"")));
+    let rigid = fields(&format!("{LENGTHS}teeth = \"rigid\""));
+    for (rigid, plain) in [
+        (rigid.bending_z, plain.bending_z),
+        (rigid.bending_y, plain.bending_y),
+        (rigid.torsion, plain.torsion),
+        (rigid.axial, plain.axial),
+    ] {
+        assert!((rigid / plain - 2.0).abs() < 1e-12, "{rigid} {plain}");
+    }
+    assert!((rigid.centroid_offset - plain.centroid_offset).abs() <= 0.0);
+    // Half of the length are rings.
+    let ring = std::f64::consts::PI * (9.0 - 4.0) * 1e-6 * 1240.0;
+    assert!((rigid.mass_per_length - 0.5 * (plain.mass_per_length + ring)).abs() < 1e-9);
+}
+
+#[test]
+fn cells_make_r1_stiffer_by_half() {
+    let (plain, cell) = (fields(LENGTHS), fields(&format!("{LENGTHS}teeth = \"cell\"")));
+    // The ratios of an independent program: crates/cppr-cell/tests/data/cells.json.
+    for (what, ratio, want) in [
+        ("EI_Z", cell.bending_z / plain.bending_z, 1.5141),
+        ("EI_Y", cell.bending_y / plain.bending_y, 1.3096),
+        ("EA", cell.axial / plain.axial, 1.1096),
+        ("D", cell.centroid_offset / plain.centroid_offset, 0.9871),
+        ("GJ", cell.torsion / plain.torsion, 1.1858 / 0.67054),
+    ] {
+        assert!((ratio / want - 1.0).abs() < 5e-3, "{what}: {ratio} instead of {want}");
+    }
+}
+
+#[test]
+fn what_cells_cannot_be_is_said_with_its_place() {
+    refused("teeth = \"rigid\"", "the stiffness of teeth needs the lengths of notch and tooth");
+    refused(&format!("{LENGTHS}teeth = \"stiff\""), "Known are \"flexible\", \"rigid\" and \"cell\"");
+    refused(&format!("{LENGTHS}cut = \"radial\""), "needs the finite elements of a cell");
+    refused(&format!("{LENGTHS}corner_radius_mm = 0.2"), "needs the finite elements of a cell");
+    refused(
+        &format!("{LENGTHS}teeth = \"cell\"\ncut = \"radial\""),
+        "needs the radius of the notch's corners",
+    );
+    refused(&format!("{LENGTHS}teeth = \"cell\"\ncorner_radius_mm = 3.0"), "may be up to 2.500000 mm");
+}
+
+#[test]
+fn a_part_of_a_tube_has_teeth_as_a_tube_has() {
+    let text = |teeth: &str| {
+        text("").replace("length_mm = 150.0\n", "").replace("[tube.notches]\ndepth_mm = 5.0\n", "")
+            + &format!(
+                "[[tube.part]]\nlength_mm = 50.0\n\n[[tube.part]]\nlength_mm = 100.0\n\n[tube.part.notches]\n\
+                 depth_mm = 5.0\n{LENGTHS}teeth = \"{teeth}\"\n"
+            )
+    };
+    let force = 1e-6;
+    let sag = |teeth: &str| {
+        let design = bundle_file::parse(&text(teeth)).unwrap_or_else(|problems| panic!("{problems}"));
+        let bundle = Bundle::new(&design).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let command =
+            BundleCommand { loads: Loads::tip_force(Vector3::new(0.0, force, 0.0)), ..solver.held() };
+        solver.solve(&command).tip.y
+    };
+    // The outer 100 mm are notched, F L³/(3 EI) of their own.
+    let inertia = Outline::Round { outer_radius: 3e-3, inner_radius: 2e-3 }.inertia(5e-3).unwrap().inertia_z;
+    let own = force * 1e-3 / (3.0 * 5.39e9 * inertia);
+    let (flexible, rigid) = (sag("flexible"), sag("rigid"));
+    assert!(((flexible - rigid) / (0.5 * own) - 1.0).abs() < 1e-5, "{flexible} {rigid} {own}");
+}
+
+#[test]
+fn teeth_are_written_as_they_are_read() {
+    for teeth in ["teeth = \"rigid\"", "teeth = \"cell\""] {
+        let design = robot_file::parse(&text(&format!("{LENGTHS}{teeth}"))).unwrap().design;
+        let written = robot_text::write(&design).unwrap();
+        assert_eq!(robot_file::parse(&written).unwrap().design, design, "{written}");
+    }
+}
