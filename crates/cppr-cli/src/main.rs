@@ -7,6 +7,7 @@ mod bundle_derivatives;
 mod bundle_figure;
 mod bundle_sweep;
 mod calibrate;
+mod cell;
 mod check;
 mod cloud;
 mod command;
@@ -93,6 +94,9 @@ enum Task {
     /// Section properties along the tubes.
     #[command(after_help = section::EXAMPLES)]
     Section(section::Args),
+    /// Stiffness of notches with their teeth by finite elements.
+    #[command(after_help = cell::EXAMPLES)]
+    Cell(cell::Args),
     /// Checks robot files and reports every problem.
     #[command(after_help = check::EXAMPLES)]
     Check(check::Args),
@@ -138,6 +142,7 @@ fn main() -> ExitCode {
         Task::Sense(args) => sense::run(&args),
         Task::Derivatives(args) => derivatives::run(&args),
         Task::Section(args) => section::run(&args),
+        Task::Cell(args) => cell::run(&args),
         Task::Check(args) => check::run(&args),
         Task::Calibrate(args) => calibrate::run(&args),
         Task::Export(args) => export::run(&args),

@@ -20,8 +20,8 @@ Examples:
   cppr section robots/r4.toml --plot r4-sections.png
   cppr section robots/r1.toml --tube 1 --json -
 
-Stiffness and offset are those of the notched section at every x, as the mechanics takes them: the teeth between notches count as
-notched too, whatever tooth_mm is.";
+Stiffness and offset are as the mechanics takes them at every x. Unless the file says what the teeth do (teeth = \"cell\"), they are those
+of the notched section: the teeth between notches count as notched too, whatever tooth_mm is.";
 
 /// Arguments of `cppr section`.
 #[derive(clap::Args)]

@@ -49,6 +49,7 @@ COMMANDS = {
     ],
     "calibrate": ["robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor"],
     "section": ["robots/r3.toml --samples 3", "robots/childs3.toml --samples 2"],
+    "cell": ["robots/r1.toml --tube 1 --corner-radius 1mm"],
     "check": ["robots/r3.toml robots/helicoid.toml robots/bundles/hybrid.toml {folder}/wrong.toml {folder}/missing.toml"],
     "sweep": [
         "robots/r3.toml --pull 0..149mm:3 --output {folder}/poses.csv",
