@@ -24,6 +24,11 @@ for name in r1 r2 r3 r4 helicoid; do
 done
 cppr robots/r3.toml --tube 2 --below 30mm --flange 8mm,2mm --tip-cap 1mm --output "$files/dressed.3mf"
 cppr robots/r3.toml --tube 2 --kerf 20um --output "$files/kerf.dxf"
+for format in stl dxf; do
+    cppr robots/bundles/uncut_ends.toml --tube 1 --output "$files/uncut_ends-1.$format"
+done
+cppr robots/bundles/uncut_ends.toml --pull 1=-20mm --pull 2=-19mm --output "$files/advanced.glb"
+cppr robots/bundles/hybrid.toml --pull 2=1mm --pull 3=-10mm --rotate 3=-60deg --output "$files/hybrid.glb"
 for format in glb gltf obj stl 3mf; do
     cppr robots/r1.toml --pull 5mm --output "$files/bent.$format"
     cppr robots/helicoid.toml --pull 10mm --rotate 30deg --output "$files/wound.$format"

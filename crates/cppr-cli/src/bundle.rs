@@ -98,7 +98,7 @@ pub fn check(
 }
 
 /// Refuses loads on what was drawn in behind the plate.
-fn check_loads(command: &BundleCommand, found: &BundleEquilibrium) -> Result<(), Failure> {
+pub fn check_loads(command: &BundleCommand, found: &BundleEquilibrium) -> Result<(), Failure> {
     match load_behind_plate(command, found) {
         None => Ok(()),
         Some(label) => Err(Failure::Input(format!(

@@ -1,15 +1,20 @@
 //! `cppr export`: tubes as files for printing, cutting and display.
 
 use crate::Failure;
-use crate::command::{CommandArgs, no_equilibrium, read_robot, thread_has_direction};
+use crate::bundle;
+use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction, unsound};
 use crate::output::{self, is_stdout, write_or_print};
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
+use cppr::bundle::solve::BundleSolver;
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::Robot;
+use cppr::kinematics::TipPose;
 use cppr_io::RobotFile;
+use cppr_io::bundle_file::{self, Described};
 use cppr_mesh::{
-    Detail, Flange, Flaws, Part, TubeOptions, UnrolledOptions, bent_tubes, dxf, glb, gltf, obj, stl,
-    three_mf, tube_mesh, tube_volume, unrolled,
+    Detail, Flange, Flaws, Mesh, Part, TubeOptions, Tubes, UnrolledOptions, bent_bundle, bent_tubes, dxf,
+    glb, gltf, obj, stl, three_mf, tube_mesh, tube_volume, unrolled,
 };
 use serde_json::{Value, json};
 use std::fmt::{Display, Write};
@@ -24,6 +29,8 @@ Examples:
   cppr export robots/r1.toml --pull 5mm --output bent.glb
   cppr export robots/r1.toml --tube 2 --output tube2.stl --json -
   cppr export robots/helicoid.toml --pull 10mm --tip-force 0,0,-0.1N --output bent.obj
+  cppr export robots/bundles/uncut_ends.toml --tube 1 --output cuts.dxf
+  cppr export robots/bundles/uncut_ends.toml --pull 1=-20mm --pull 2=-19mm --output bent.glb
 
 STL, OBJ, 3MF and DXF are in mm, glTF in m. Axes: the base frame, X along the robot at rest, Y towards the leader's
 centroid (up in glTF). DXF: the outer surface seen from outside, X along the tube, notches on layer CUT.";
@@ -102,6 +109,13 @@ pub struct Args {
     command: CommandArgs,
 }
 
+impl Args {
+    /// Tolerance of a bent robot, and what of it is below the plate (m).
+    fn bent(&self) -> [f64; 2] {
+        [self.tolerance.unwrap_or(2e-5), self.below.unwrap_or(0.02)]
+    }
+}
+
 fn flange(text: &str) -> Result<Flange, String> {
     let (radius, thickness) =
         text.split_once(',').ok_or("write radius and thickness, for instance 8mm,2mm".to_string())?;
@@ -141,14 +155,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let format = format(&args.output, args.format)?;
     let json = args.json.as_deref();
     output::check(&args.robot, &[("--output", Some(&args.output)), ("--json", json)])?;
-    let (file, robot) = read_robot(&args.robot)?;
-    let Made { bytes, mut text, content } = match (args.tube, format) {
-        (Some(tube), Format::Dxf) => cut_pattern(args, &file, tube)?,
-        (None, Format::Dxf) => {
-            return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
+    if args.tube.is_none() && format == Format::Dxf {
+        return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
+    }
+    let (robot, bent): (Box<dyn Tubes>, _) = match bundle_file::read(&args.robot).map_err(input)? {
+        Described::Robot(file) => {
+            let robot = build(&file, &args.robot)?;
+            let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };
+            (Box::new(file), bent)
         }
-        (Some(tube), _) => single(args, format, &file, tube)?,
-        (None, _) => assembly(args, format, &file, &robot)?,
+        Described::Bundle(design) => {
+            let bundle = Bundle::new(&design).map_err(|problems| unsound(&args.robot, &problems))?;
+            let bent = if args.tube.is_none() { Some(solved_bundle(args, &design, &bundle)?) } else { None };
+            (Box::new(design), bent)
+        }
+    };
+    let robot = &*robot;
+    let Made { bytes, mut text, content } = match (args.tube, bent) {
+        (Some(tube), _) if format == Format::Dxf => cut_pattern(args, robot, tube)?,
+        (Some(tube), _) => single(args, format, robot, tube)?,
+        (None, bent) => assembly(format, robot, bent.unwrap_or_default())?,
     };
     if args.kerf.is_some() && format != Format::Dxf {
         return Err(input("--kerf is for cut patterns: write a .dxf, or leave it away"));
@@ -157,7 +183,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _ = writeln!(text, "  written      {}", args.output.display());
     if let Some(path) = json {
         let mut whole = json!({
-            "schema": "cppr/export", "schema_version": 1, "robot": file.design.name,
+            "schema": "cppr/export", "schema_version": 1, "robot": robot.name(),
             "file": args.output.display().to_string(), "format": format.name(), "bodies": [], "volume_m3": null,
             "pattern": null,
         });
@@ -182,17 +208,17 @@ fn body(part: &Part) -> Value {
 }
 
 /// Index of a tube that the user counts from 1.
-fn index(tube: usize, file: &RobotFile) -> Result<usize, Failure> {
-    let count = file.design.tubes.len();
+fn index(tube: usize, robot: &dyn Tubes) -> Result<usize, Failure> {
+    let count = robot.count();
     tube.checked_sub(1)
         .filter(|i| *i < count)
         .ok_or_else(|| input(format!("--tube: there is no tube {tube}; this robot has 1 to {count}")))
 }
 
-fn part(file: &RobotFile, index: usize, mesh: cppr_mesh::Mesh) -> Part {
+fn part(robot: &dyn Tubes, index: usize, mesh: Mesh) -> Part {
     let colour = cppr_plot::tube_stroke(index + 1).colour;
     Part {
-        name: format!("{}, tube {}", file.design.name, index + 1),
+        name: format!("{}, tube {}", robot.name(), index + 1),
         mesh,
         colour: [colour.r, colour.g, colour.b],
     }
@@ -219,17 +245,17 @@ fn closed(part: &Part) -> Result<(), Failure> {
     }
 }
 
-fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<Made, Failure> {
-    let tube = index(tube, file)?;
+fn single(args: &Args, format: Format, robot: &dyn Tubes, tube: usize) -> Result<Made, Failure> {
+    let tube = index(tube, robot)?;
     let options = TubeOptions {
         detail: Detail::workshop(args.tolerance.unwrap_or(1e-5)),
         below: args.below.unwrap_or(0.0),
         flange: args.flange,
         tip_cap: args.tip_cap,
     };
-    let mesh = tube_mesh(file, tube, &options).map_err(input)?;
-    let (volume, exact) = (mesh.volume(), tube_volume(file, tube, &options).map_err(input)?);
-    let part = part(file, tube, mesh);
+    let mesh = tube_mesh(robot, tube, &options).map_err(input)?;
+    let (volume, exact) = (mesh.volume(), tube_volume(robot, tube, &options).map_err(input)?);
+    let part = part(robot, tube, mesh);
     closed(&part)?;
     let off = volume / exact - 1.0;
     if off.abs() > VOLUME {
@@ -240,7 +266,7 @@ fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<
     }
     let [low, high] = part.mesh.bounds();
     let size: Vec<String> = (0..3).map(|i| format!("{:.3}", (high[i] - low[i]) * 1e3)).collect();
-    let mut text = format!("{}, at rest\n", part.name);
+    let mut text = format!("{}, {}\n", part.name, made(robot, tube));
     let _ = writeln!(text, "  triangles    {}, closed", part.mesh.triangles.len());
     let _ = writeln!(text, "  size         {} mm", size.join(" × "));
     let _ = writeln!(
@@ -253,17 +279,22 @@ fn single(args: &Args, format: Format, file: &RobotFile, tube: usize) -> Result<
     Ok(Made { bytes: encode(format, &[part])?, text, content })
 }
 
-fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<Made, Failure> {
+/// How a tube is made: a curved one is drawn before it is set to its shape.
+fn made(robot: &dyn Tubes, tube: usize) -> &'static str {
+    if robot.is_curved(tube) { "straight, before it is given its rest curvature" } else { "at rest" }
+}
+
+fn cut_pattern(args: &Args, robot: &dyn Tubes, tube: usize) -> Result<Made, Failure> {
     if args.flange.is_some() || args.tip_cap.is_some() {
         return Err(input("--flange and --tip-cap are no cuts: leave them away, or write a body"));
     }
-    let tube = index(tube, file)?;
+    let tube = index(tube, robot)?;
     let kerf = args.kerf.unwrap_or(0.0);
     let options =
         UnrolledOptions { tolerance: args.tolerance.unwrap_or(1e-5), kerf, below: args.below.unwrap_or(0.0) };
-    let pattern = unrolled(file, tube, &options).map_err(input)?;
+    let pattern = unrolled(robot, tube, &options).map_err(input)?;
     let [[left, bottom], [right, top]] = pattern.outline;
-    let mut text = format!("{}, tube {}, unrolled\n", file.design.name, tube + 1);
+    let mut text = format!("{}, tube {}, unrolled\n", robot.name(), tube + 1);
     let _ = writeln!(text, "  surface      {:.3} × {:.3} mm", (right - left) * 1e3, (top - bottom) * 1e3);
     let _ = writeln!(text, "  notches      {}, paths {:.4} mm inside", pattern.openings.len(), 500.0 * kerf);
     if let Some([straight, radial]) = pattern.kept_area {
@@ -282,7 +313,10 @@ fn cut_pattern(args: &Args, file: &RobotFile, tube: usize) -> Result<Made, Failu
     Ok(Made { bytes: dxf(&pattern).map_err(input)?, text, content: vec![("pattern", content)] })
 }
 
-fn assembly(args: &Args, format: Format, file: &RobotFile, robot: &Robot) -> Result<Made, Failure> {
+/// The status of an equilibrium, and the tubes where it has them.
+type Bent = (String, Vec<Mesh>);
+
+fn solved(args: &Args, file: &RobotFile, robot: &Robot) -> Result<Bent, Failure> {
     let command = args.command.command(robot)?;
     let mut solver = args.command.solver(robot)?;
     let found = solver.solve(&command).map_err(input)?;
@@ -290,11 +324,30 @@ fn assembly(args: &Args, format: Format, file: &RobotFile, robot: &Robot) -> Res
         return Err(no_equilibrium(&found));
     }
     thread_has_direction(&found.command().loads, &solver.tip(&found))?;
-    let (tolerance, below) = (args.tolerance.unwrap_or(2e-5), args.below.unwrap_or(0.02));
+    let [tolerance, below] = args.bent();
     let meshes = bent_tubes(file, &mut solver, &found, tolerance, below).map_err(input)?;
-    let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(file, i, mesh)).collect();
+    Ok((found.status().to_string(), meshes))
+}
+
+fn solved_bundle(args: &Args, design: &BundleDesign, bundle: &Bundle) -> Result<Bent, Failure> {
+    let (command, stretch) = args.command.bundle_command(design)?;
+    bundle::check(design, bundle, &command, stretch)?;
+    let mut solver = BundleSolver::new(bundle).with_stretch(stretch);
+    let found = solver.solve(&command);
+    bundle::check_loads(&command, &found)?;
+    if !found.converged {
+        return Err(bundle::no_equilibrium(&design.name));
+    }
+    thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
+    let [tolerance, below] = args.bent();
+    let meshes = bent_bundle(design, &solver, &found, tolerance, below).map_err(input)?;
+    Ok((bundle::status(&found).into(), meshes))
+}
+
+fn assembly(format: Format, robot: &dyn Tubes, (status, meshes): Bent) -> Result<Made, Failure> {
+    let parts: Vec<Part> = meshes.into_iter().enumerate().map(|(i, mesh)| part(robot, i, mesh)).collect();
     parts.iter().try_for_each(closed)?;
-    let mut text = format!("{}, {}\n", file.design.name, found.status());
+    let mut text = format!("{}, {status}\n", robot.name());
     for part in &parts {
         let [low, high] = part.mesh.bounds();
         let range: Vec<String> =

@@ -70,22 +70,44 @@ fn what_cannot_be_asked_is_said() {
 
 #[test]
 fn other_commands_say_what_takes_such_a_robot() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("x.glb");
-    let file = file.to_str().unwrap();
     for arguments in [
         &["limits", S][..],
-        &["export", S, "--output", file],
         &["view", S, "--no-open"],
         &["continue", S, "--along", "pull", "--to", "5mm"],
         &["match", S, "--points", "examples/shapes/r3.csv"],
     ] {
-        refused(arguments, "`cppr solve`, `check`, `sweep` and `derivatives` take it");
+        refused(arguments, "`cppr solve`, `check`, `sweep`, `derivatives` and `export` take it");
     }
-    assert!(!std::path::Path::new(file).exists());
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
-    refused(&["sweep", S, "--pull", "0..1mm:2", "--output", file], ".csv, .npz or .parquet");
+    refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"], "--margin is not yet");
+}
+
+#[test]
+fn files_of_bundles_are_written_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = |robot: &str, extra: &[&str]| {
+        cppr_in(folder.path(), &[&["export", &format!("robots/bundles/{robot}.toml")], extra].concat())
+    };
+    let cuts = text(&export("uncut_ends", &["--tube", "1", "--output", "cuts.dxf"]).stdout);
+    assert!(cuts.contains("notches      100"), "{cuts}");
+    let bent = export("uncut_ends", &["--pull", "1=-20mm", "--pull", "2=-19mm", "--output", "bent.glb"]);
+    assert!(text(&bent.stdout).contains("Uncut ends, tube 2"), "{}", text(&bent.stderr));
+    let straight = text(&export("hybrid", &["--tube", "3", "--output", "tube.stl"]).stdout);
+    assert!(straight.contains("straight, before it is given its rest curvature"), "{straight}");
+    for (robot, extra, code, fragment) in [
+        ("s_shape", &["--output", "x.glb"][..], 2, "by its stiffness, which has no shape"),
+        ("uncut_ends", &["--tube", "3", "--output", "x.stl"], 2, "there is no tube 3"),
+        ("uncut_ends", &["--pull", "2=200mm", "--output", "x.glb"], 2, "behind the plate"),
+        ("uncut_ends", &["--pull", "2=100mm", "--output", "x.glb"], 3, "no equilibrium was found"),
+        ("uncut_ends", &["--planar", "--output", "x.glb"], 2, "no modes"),
+    ] {
+        let output = export(robot, extra);
+        assert_eq!(output.status.code(), Some(code), "{robot} {extra:?}");
+        assert!(text(&output.stderr).contains(fragment), "{}", text(&output.stderr));
+    }
+    // Beside robots and examples.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
 }
 
 #[test]

@@ -121,6 +121,10 @@ fn read_pattern(
         }
     }
     let (notch, tooth, length) = (notch.value?, tooth.value?, length?);
+    if length <= 0.0 && lists.is_empty() && count.is_none() {
+        // What lies below the plate alone goes on as far as it has to.
+        return Some(NotchPattern { length: notch, tooth, count: 0 });
+    }
     let pitch = notch + tooth;
     let room = whole(length / pitch + ROUNDING);
     let say = |count: usize| {

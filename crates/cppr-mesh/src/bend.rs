@@ -6,7 +6,8 @@
 
 use crate::error::MeshError;
 use crate::mesh::Mesh;
-use crate::tube::{Detail, TubeOptions, tube_mesh};
+use crate::options::{Detail, TubeOptions};
+use crate::tube::tube_mesh;
 use cppr::analysis::{Section, Shape};
 use cppr::solve::{Equilibrium, Solver};
 use cppr::{Matrix3, Vector3};
@@ -15,9 +16,9 @@ use cppr_io::RobotFile;
 /// Labels at which the map is sampled; between them it is a cubic with the right slopes.
 const SAMPLES: usize = 801;
 /// Largest angle of a chord about the axis (rad).
-const TURN: f64 = 0.2;
+pub(crate) const TURN: f64 = 0.2;
 /// Fewest sections between plate and tip.
-const FEWEST: f64 = 60.0;
+pub(crate) const FEWEST: f64 = 60.0;
 
 /// Every tube of a solved robot in the base frame (m), the leader first. Facets lie within `tolerance` (m) of the
 /// surface; `below` (m) is how much of each follower is below the plate at rest, more if it is pushed farther.
@@ -62,9 +63,9 @@ fn sharpest(shape: &Shape, tube: usize, reach: f64) -> f64 {
 }
 
 /// Where a section of a tube is.
-struct BentSection {
-    centre: Vector3<f64>,
-    frame: Matrix3<f64>,
+pub(crate) struct BentSection {
+    pub centre: Vector3<f64>,
+    pub frame: Matrix3<f64>,
 }
 
 /// Moves the vertices of tube `tube` (from 0) from their places at rest, as [`tube_mesh`] gives them, to those in a
@@ -76,9 +77,7 @@ pub fn bend(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, tube: usi
 
 fn bend_along(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, shape: &Shape, tube: usize) {
     let robot = found.robot();
-    let mut abscissae: Vec<f64> = mesh.positions.iter().map(|p| p[0]).collect();
-    abscissae.sort_by(f64::total_cmp);
-    abscissae.dedup_by(|a, b| a.total_cmp(b).is_eq());
+    let abscissae = abscissae(mesh);
     let labels: Vec<f64> = abscissae.iter().map(|&x| label(shape, tube, x)).collect();
     let sections = solver.shape_at(found, &labels).sections;
     let places: Vec<BentSection> = sections
@@ -95,6 +94,19 @@ fn bend_along(mesh: &mut Mesh, solver: &mut Solver, found: &Equilibrium, shape: 
             BentSection { centre: section.centre + frame.column(0) * straight, frame }
         })
         .collect();
+    place(mesh, &abscissae, &places);
+}
+
+/// Abscissae of the sections of a mesh at rest, in order (m).
+pub(crate) fn abscissae(mesh: &Mesh) -> Vec<f64> {
+    let mut abscissae: Vec<f64> = mesh.positions.iter().map(|p| p[0]).collect();
+    abscissae.sort_by(f64::total_cmp);
+    abscissae.dedup_by(|a, b| a.total_cmp(b).is_eq());
+    abscissae
+}
+
+/// Moves the sections of a mesh at rest, one at each of its abscissae, to their places.
+pub(crate) fn place(mesh: &mut Mesh, abscissae: &[f64], places: &[BentSection]) {
     for position in &mut mesh.positions {
         let found = abscissae.binary_search_by(|x| x.total_cmp(&position[0]));
         let place = &places[found.unwrap_or_else(|next| next.min(places.len() - 1))];

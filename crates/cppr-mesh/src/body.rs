@@ -169,6 +169,23 @@ pub(crate) fn index(count: usize) -> u32 {
     count as u32
 }
 
+impl Whole {
+    /// The same ring, all of it kept, sampled from another of its points on: that which `count` others come before.
+    pub fn turned(mut self, count: usize) -> Self {
+        for [kept, removed] in [&mut self.outer, &mut self.bore] {
+            // Closed: the last point is the first again.
+            kept.pop();
+            let points = kept.len().max(1);
+            kept.rotate_left(count % points);
+            if let Some(&first) = kept.first() {
+                kept.push(first);
+                removed.fill(first);
+            }
+        }
+        self
+    }
+}
+
 impl Station<'_> {
     fn vertex(&mut self, [y, z]: [f64; 2]) -> u32 {
         let [cos, sin] = self.turn;

@@ -22,6 +22,20 @@ pub enum MeshError {
         /// The tube.
         tube: usize,
     },
+    /// The parts of the tube have different outlines.
+    Outlines {
+        /// The tube.
+        tube: usize,
+    },
+    /// The sides of a polygon would have to turn from one part to the next.
+    Sides {
+        /// The tube.
+        tube: usize,
+        /// Their number.
+        sides: usize,
+        /// The angle through which the notches turn (rad).
+        turn: f64,
+    },
     /// The tolerance is not a number, too fine to be made, or too coarse to be a tube.
     Tolerance {
         /// The tolerance (m).
@@ -91,6 +105,19 @@ impl fmt::Display for MeshError {
             Self::NoPattern { tube } => write!(
                 f,
                 "the robot file says how deep the notches of tube {tube} are, not where: add length_mm and tooth_mm"
+            ),
+            Self::Outlines { tube } => {
+                write!(
+                    f,
+                    "the parts of tube {tube} have different outlines, and a body needs one; give all of them the same radii"
+                )
+            }
+            Self::Sides { tube, sides, turn } => write!(
+                f,
+                "the notches of tube {tube} turn by {}° from one part to the next, its {sides} sides cannot follow; write \
+                 opening_deg that differ by a multiple of {}°",
+                (turn.to_degrees() * 1e6).round() / 1e6,
+                360.0 / *sides as f64
             ),
             Self::Tolerance { tolerance, coarsest } => write!(
                 f,

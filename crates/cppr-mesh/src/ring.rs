@@ -7,7 +7,7 @@
 //! and what has no area is left out when chains are joined to surfaces.
 
 use crate::contour::Contour;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Share of the outer radius below which a notch that all but touches the bore, its far side or the outer surface
 /// is taken to touch: 30 nm for a radius of 3 mm, which single precision still resolves.
@@ -38,15 +38,16 @@ pub(crate) struct Sampling {
 
 impl Sampling {
     /// Angles at most `step` apart, snapping included; those of the vertices alone where neither contour is round
-    /// nor `divided`.
-    pub fn new(outer: Contour, bore: Contour, divided: bool, step: f64) -> Self {
+    /// nor `divided`. They are the same seen from each of `sides`.
+    pub fn new(outer: Contour, bore: Contour, divided: bool, step: f64, sides: Option<usize>) -> Self {
         let round = divided || outer.sides.is_none() || bore.sides.is_none();
         let corners: Vec<f64> = outer.vertices().into_iter().chain(bore.vertices()).collect();
         let snap = if corners.is_empty() { SNAP_ROUND * step } else { SNAP_POLYGON };
         let mut angles = vec![0.0, PI];
         if round {
             // Quarter turns are among the angles.
-            let half = 2.0 * (0.5 * PI * (1.0 + SNAP_ROUND) / step).ceil().max(2.0);
+            let sides = sides.unwrap_or(1) as f64;
+            let half = 2.0 * ((0.5 * PI * (1.0 + SNAP_ROUND) / step).ceil().max(2.0) / sides).ceil() * sides;
             angles.extend(fractions(half).map(|share| PI * share));
         }
         angles.extend(corners.iter().copied().filter(|a| *a > 0.0));
@@ -65,6 +66,17 @@ impl Sampling {
         self.kept
             .iter()
             .map(move |&a| if a.abs() >= half - snap && a.abs() > 0.0 { half.copysign(a) } else { a })
+    }
+
+    /// The angle (rad) nearest to a turn through which the sampling of a whole circle turns into itself, and the number of samples that
+    /// come before what then is the first.
+    pub fn turn(&self, angle: f64) -> (usize, f64) {
+        let off = |turn: f64| {
+            let off = turn - angle;
+            (off - TAU * (off / TAU).round()).abs()
+        };
+        let turns = self.kept.iter().map(|a| a + PI).enumerate();
+        turns.min_by(|a, b| off(a.1).total_cmp(&off(b.1))).unwrap_or_default()
     }
 
     /// Angles of the removed arc from `half` over π to −`half`.

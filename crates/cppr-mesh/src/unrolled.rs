@@ -1,17 +1,18 @@
 //! The cut pattern of a round tube, unrolled at its outer surface.
 //!
 //! u is the rest abscissa x and v = −ρ̄ (θ − θ₀), ρ̄ being the outer radius, θ the angle about the axis and θ₀ the direction
-//! to which the pattern opens at the baseplate: the pattern as seen from outside, base on the left. A notch, the part
+//! to which the first pattern opens at its base: the pattern as seen from outside, base on the left. A notch, the part
 //! Y ≤ α of the section, reaches over |θ − φ − π| ≤ acos(−α/ρ̄) on the outer surface, so that its opening is a
 //! rectangle where depth and direction are constant, and has curved or slanted sides where they are not.
 //!
 //! The edge of the beam, not its middle, makes the edge of the notch: the path runs half a kerf inside the opening.
 
 use crate::error::MeshError;
+use crate::options::{Detail, TubeOptions};
 use crate::part::FileError;
-use crate::tube::{Detail, TubeBody, TubeOptions};
+use crate::stretch::Tubes;
+use crate::tube::{Notch, TubeBody};
 use cavalier_contours::polyline::{PlineSource, PlineSourceMut, Polyline};
-use cppr_io::RobotFile;
 use dxf::Drawing;
 use dxf::entities::{Entity, EntityType, LwPolyline};
 use dxf::enums::{AcadVersion, Units};
@@ -51,10 +52,13 @@ pub struct Unrolled {
 ///
 /// # Errors
 /// [`MeshError`]: as for the body of the tube; it is not round; a notch is narrower than the kerf.
-pub fn unrolled(file: &RobotFile, tube: usize, options: &UnrolledOptions) -> Result<Unrolled, MeshError> {
+pub fn unrolled(robot: &dyn Tubes, tube: usize, options: &UnrolledOptions) -> Result<Unrolled, MeshError> {
     let UnrolledOptions { tolerance, kerf, below } = *options;
-    let body =
-        TubeBody::new(file, tube, &TubeOptions { below, ..TubeOptions::plain(Detail::workshop(tolerance)) })?;
+    let body = TubeBody::new(
+        robot,
+        tube,
+        &TubeOptions { below, ..TubeOptions::plain(Detail::workshop(tolerance)) },
+    )?;
     if body.outer().sides.is_some() {
         return Err(MeshError::NotRound { tube: tube + 1 });
     }
@@ -62,13 +66,16 @@ pub fn unrolled(file: &RobotFile, tube: usize, options: &UnrolledOptions) -> Res
     if !(0.0..=MeshError::LARGEST).contains(&kerf) {
         return Err(MeshError::Length { quantity: "the kerf", value: kerf });
     }
-    let start = body.direction(0.0);
     let mut openings = Vec::new();
-    for (index, span) in body.notches.iter().enumerate() {
-        let centre = |x: f64| -radius * (body.direction(x) - start);
+    let first = body.notches.first().map(|notch| (&body.stretches[notch.stretch], notch.span[0]));
+    let start = first.map_or(0.0, |(own, _)| own.direction(own.from));
+    for (index, &Notch { stretch, span }) in body.notches.iter().enumerate() {
+        let own = &body.stretches[stretch];
+        let centre = |x: f64| -radius * (own.direction(x) - start);
         let turns = (centre(0.5 * (span[0] + span[1])) / (radius * TAU)).round() * radius * TAU;
-        let abscissae: Vec<f64> = [span[0]].into_iter().chain(body.inside(*span)).chain([span[1]]).collect();
-        let side = |x: f64, sign: f64| [x, centre(x) - turns + sign * radius * (PI - body.cut(x).outer)];
+        let abscissae: Vec<f64> =
+            [span[0]].into_iter().chain(body.inside(own, span)).chain([span[1]]).collect();
+        let side = |x: f64, sign: f64| [x, centre(x) - turns + sign * radius * (PI - body.cut(own, x).outer)];
         let path: Vec<[f64; 2]> = abscissae
             .iter()
             .map(|&x| side(x, -1.0))
@@ -76,9 +83,9 @@ pub fn unrolled(file: &RobotFile, tube: usize, options: &UnrolledOptions) -> Res
             .collect();
         openings.push(narrowed(path, kerf).ok_or(MeshError::Kerf { notch: index + 1, kerf })?);
     }
-    let kept_area = body.notches.first().map(|span| {
+    let kept_area = first.map(|(own, x)| {
         let bore = body.bore().inradius;
-        [body.area(span[0]), (radius * radius - bore * bore) * body.cut(span[0]).outer]
+        [own.area(x), (radius * radius - bore * bore) * body.cut(own, x).outer]
     });
     Ok(Unrolled { outline: [[0.0 - below, -PI * radius], [body.length, PI * radius]], openings, kept_area })
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{shipped, single};
+use common::{inside, shipped, single};
 use cppr::design::TubeDesign;
 use cppr_io::RobotFile;
 use cppr_mesh::{Detail, Flange, Flaws, Mesh, MeshError, TubeOptions, tube_mesh, tube_volume};
@@ -108,25 +108,6 @@ fn uncut_tubes_rods_flanges_and_platforms() {
             assert!((got - want * MM).abs() < 1e-9, "{got} {want}");
         }
     }
-}
-
-/// Crossings of a ray with the surface, counted: odd inside.
-fn inside(mesh: &Mesh, point: [f64; 3]) -> bool {
-    // Along a direction that meets no edge head-on.
-    let direction = cppr::Vector3::new(0.123, 0.777, 0.617).normalize();
-    let origin = cppr::Vector3::from(point);
-    let crossings = mesh
-        .triangles
-        .iter()
-        .filter(|t| {
-            let [a, b, c] = t.map(|v| cppr::Vector3::from(mesh.positions[v as usize]) - origin);
-            let volumes = [a.cross(&b), b.cross(&c), c.cross(&a)].map(|n| n.dot(&direction));
-            let same = volumes.iter().all(|v| *v > 0.0) || volumes.iter().all(|v| *v < 0.0);
-            let normal = (b - a).cross(&(c - a));
-            same && a.dot(&normal) * direction.dot(&normal) > 0.0
-        })
-        .count();
-    crossings % 2 == 1
 }
 
 /// Points are inside the mesh exactly where the section model keeps material.

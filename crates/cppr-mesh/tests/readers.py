@@ -84,6 +84,23 @@ def check_assemblies():
         assert np.allclose(volumes, volumes[0], rtol=1e-5), volumes
 
 
+def check_parts():
+    """The outer tube of a robot with an uncut shaft of 30 mm and an uncut tip of 5 mm, its 100 notches between them."""
+    (body,) = bodies(FOLDER / "uncut_ends-1.stl")
+    check_body(body, "uncut_ends-1.stl")
+    assert np.allclose(body.bounds, [[0, -1, -1], [115, 1, 1]], atol=1e-4), body.bounds
+    want = 65 * kept_area(1, 0.9, 0) + 50 * kept_area(1, 0.9, 1.6)
+    assert abs(body.volume / want - 1) < 1e-3, (body.volume, want)
+    cuts = [e for e in ezdxf.readfile(FOLDER / "uncut_ends-1.dxf").modelspace() if e.dxf.layer == "CUT"]
+    along = np.array([[point[0] for point in cut.get_points()] for cut in cuts])
+    assert len(cuts) == 100 and along.min() > 30 and along.max() < 110, (along.min(), along.max())
+    for name, tubes in (("advanced", 2), ("hybrid", 3)):
+        found = list(bodies(FOLDER / f"{name}.glb"))
+        assert len(found) == tubes, (name, len(found))
+        for body in found:
+            check_body(body, name)
+
+
 def check_patterns():
     files = [f"{name}-{tube}.dxf" for name in ("r1", "r2", "r3", "r4", "helicoid") for tube in (1, 2)]
     for name in [*files, "kerf.dxf"]:
@@ -102,5 +119,6 @@ def check_patterns():
 check_tubes()
 check_additions()
 check_assemblies()
+check_parts()
 check_patterns()
 print("trimesh and ezdxf read every file")

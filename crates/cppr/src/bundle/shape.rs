@@ -13,6 +13,10 @@ pub struct TubeSection {
     pub tube: usize,
     /// Label of its section (m).
     pub label: f64,
+    /// Label per length of the centreline, x'.
+    pub advance: f64,
+    /// Rotation of its material against the untwisted frame, about the tangent (rad).
+    pub rotation: f64,
     /// Angle of its section axes against the untwisted frame, about the tangent (rad).
     pub angle: f64,
     /// Distance of its centroid from the centre, along its section axis Y (m).
@@ -70,6 +74,8 @@ fn read(section: &Section<f64>) -> BundleSection {
         TubeSection {
             tube,
             label: own[0],
+            advance,
+            rotation: own[2],
             angle,
             centroid_offset: offset,
             tension: own[1],
