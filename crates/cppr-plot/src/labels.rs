@@ -3,6 +3,7 @@
 use crate::figure::{Annotation, Panel};
 use crate::font::Font;
 use crate::layout::Placed;
+use crate::palette::Colour;
 use crate::scene::{Anchor, Item, MIDDLE, Scene, Text};
 use crate::thin::Rect;
 use crate::ticks::count;
@@ -68,8 +69,8 @@ fn ink(panel: &Panel, placed: &Placed) -> Vec<[f64; 2]> {
     for series in &panel.series {
         let step = (series.points.len() / 2000).max(1);
         let points: Vec<[f64; 2]> = series.points.iter().step_by(step).map(|p| placed.map(*p)).collect();
-        // Lines without a name are background, such as the box of the perspective.
-        if series.line.is_some() && !series.name.is_empty() {
+        // Lines without a name are background, such as a grid; but those that numbers stand on are not.
+        if series.line.as_ref().is_some_and(|line| !series.name.is_empty() || line.colour == Colour::INK) {
             points.windows(2).for_each(|w| along(w[0], w[1]));
         }
         if series.marker.is_some() {
