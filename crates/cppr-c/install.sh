@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the C library and lays it out under a folder: include, lib (shared, static, pkg-config) and share/cppr/cmake.
 #   crates/cppr-c/install.sh --prefix=/usr/local [--destdir=DIR] [--built=DIR]
-# --built takes the library from a folder where it has been built already.
+# --built takes the library from a folder where it has been built already. The whole may be moved: pkg-config and CMake look from where they find it.
 set -eu
 prefix=/usr/local
 destdir=
@@ -43,12 +43,12 @@ case $(uname) in
         install -m 755 "$built/libcppr_c.so" "$to/lib/libcppr.so.1.0.0"
         ln -sf libcppr.so.1.0.0 "$to/lib/libcppr.so.1"
         ln -sf libcppr.so.1 "$to/lib/libcppr.so"
-        strip --strip-unneeded "$to/lib/libcppr.so.1.0.0"
-        strip --strip-debug "$to/lib/libcppr.a"
+        "${STRIP:-strip}" --strip-unneeded "$to/lib/libcppr.so.1.0.0"
+        "${STRIP:-strip}" --strip-debug "$to/lib/libcppr.a"
         ;;
 esac
 cat >"$to/lib/pkgconfig/cppr.pc" <<EOF
-prefix=$prefix
+prefix=\${pcfiledir}/../..
 libdir=\${prefix}/lib
 includedir=\${prefix}/include
 

@@ -33,7 +33,7 @@ if crates/cppr-c/install.sh --prefx="$work" 2>/dev/null; then
     fail "install.sh takes an argument that it does not know"
 fi
 
-# Where the whole folder is moved, CMake finds it still.
+# Where the whole folder is moved, CMake and pkg-config find it still.
 mv "$work/installed" "$work/moved"
 sanitizer=
 echo 'int main(void) { return 0; }' >"$work/empty.c"
@@ -61,8 +61,8 @@ grep -q "^tip at 134.383 -54.908 0.000 mm, pulled with 1.5122 N$" "$work/first.t
 "$work/build/loop_1khz" robots/childs3.toml 1
 "$work/build/ros2_core" robots/childs3.toml
 
-# The C++ header, found by pkg-config; the prefix is where it stands now.
-flags=$(PKG_CONFIG_PATH="$work/moved/lib/pkgconfig" pkg-config --define-variable=prefix="$work/moved" --cflags --libs cppr)
+# The C++ header, found by pkg-config.
+flags=$(PKG_CONFIG_PATH="$work/moved/lib/pkgconfig" pkg-config --cflags --libs cppr)
 # shellcheck disable=SC2086
 c++ -std=c++17 -Wall -Wextra -Wpedantic -Werror -pthread $sanitizer crates/cppr-c/tests/wrapper.cpp -o "$work/wrapper" $flags -Wl,-rpath,"$work/moved/lib"
 "$work/wrapper" robots
