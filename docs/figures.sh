@@ -37,5 +37,8 @@ cppr export robots/r1.toml --tube 2 --output "$files/2.stl"
 cppr export robots/r1.toml --pull 5mm --output "$files/bent.glb"
 .venv/bin/python crates/cppr-mesh/picture.py "$files/1.stl" "$files/2.stl" "$files/bent.glb" $figures/export.png
 rm -r "$files"
+# The loop at 1 kHz, with the Python package that crates/cppr-py/test.sh installs.
+(cd "$(mktemp -d)" && ln -s "$OLDPWD/robots" . && "$OLDPWD/.venv/bin/python" "$OLDPWD/examples/python/control_loop.py" &&
+    cp control_loop.png "$OLDPWD/$figures/control-loop.png")
 # The live view in a browser, which crates/cppr-viewer/test.sh sets up.
 node crates/cppr-viewer/web/picture.js $figures/viewer.png

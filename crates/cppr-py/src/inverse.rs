@@ -12,7 +12,7 @@ use cppr::analysis::inverse::{
     Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_near, free_within,
 };
 use cppr::analysis::{Teeth, governing};
-use cppr::solve::{Quantity, SettingsProblem};
+use cppr::solve::Quantity;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::fmt::Display;
@@ -160,14 +160,8 @@ pub fn sense<'py>(
         measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
     }
     let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    // Some ten solves: short, and with a solver that is kept.
-    let answer = py.detach(|| {
-        shared.with(|solver| {
-            solver.set_settings(*found.settings())?;
-            Ok(solver.sense(found.command(), &measured, moment))
-        })
-    });
-    let answer = answer.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
+    // A few solves: short, and with a solver that is kept.
+    let answer = py.detach(|| shared.with(|solver| solver.sense_near(found, &measured, moment)));
     let answer = answer.map_err(|problem| refused(py)(&problem))?;
     let own = PyDict::new(py);
     own.set_item("force", line(py, answer.force.iter().copied()))?;

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import re
 import subprocess
 import sys
@@ -10,7 +12,9 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-PAGES = ["README.md", "docs/src/python.md", "docs/src/own-robot.md"]
+import cppr
+
+PAGES = ["README.md", "docs/src/python.md", "docs/src/own-robot.md", "docs/src/control-loop.md"]
 
 
 def blocks(page: str) -> list[str]:
@@ -73,6 +77,43 @@ def test_tip_tracking(tmp_path: Path) -> None:
     assert error < 0.05
     (rate,) = numbers(output, r"up to (\S+) Hz")
     assert rate > 200
+
+
+def test_own_robot_notebook(tmp_path: Path) -> None:
+    """All cells in one process, from top to bottom; what a cell ends with is shown as a notebook shows it."""
+    book = json.loads((ROOT / "examples/python/own_robot.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) >= 9 and not any(cell.get("outputs") for cell in book["cells"])
+    # The last line of a cell is shown.
+    shown = []
+    for cell in cells:
+        *body, last = ast.parse(cell).body
+        if isinstance(last, ast.Expr):
+            value = ast.unparse(last)
+            shown.append("\n".join(map(ast.unparse, body)) + f"\nprint(repr({value}))\n")
+        else:
+            shown.append(cell + "\n")
+    output = run(["-c", "".join(shown)], tmp_path)
+    (difference,) = numbers(output, r"np\.float64\((\S+)\)\n")
+    assert difference < 1e-9
+    (moved,) = numbers(output, r"the tip moves by (\S+) of the length")
+    assert moved < 1e-4
+    assert "Limits: " in output and "[[tube]] # the leader" in output
+    # A notebook shows the limits in a few lines.
+    assert len(output.split("Limits: ")[1].split("the tip moves")[0].splitlines()) <= 4
+    again = cppr.Robot.from_toml(tmp_path / "mine.toml").solve(pull=1e-3).tip_position
+    assert abs(again - cppr.Robot.from_toml(ROOT / "examples/mine.toml").solve(pull=1e-3).tip_position).max() < 1e-9
+
+
+def test_control_loop(tmp_path: Path) -> None:
+    """Times depend on what else runs here and are not judged; the force that is found and the way of the tip are."""
+    output = run(["examples/python/control_loop.py"], tmp_path)
+    (error,) = numbers(output, r"tip at most (\S+) mm from the nearest place")
+    assert error < 0.3
+    found, noise = numbers(output, r"force sensed to (\S+) N \(standard deviation (\S+) N\)")
+    assert found < 0.02 and noise < 0.02
+    assert re.search(r"controller: \S+ ms median, \S+ ms in 99 of 100 cycles, \S+ ms at most", output)
+    assert re.search(r"cycles begin late by \S+ us median, \S+ us in 99 of 100", output)
 
 
 def test_notch_design(tmp_path: Path) -> None:

@@ -142,7 +142,8 @@ def sense(
 ) -> Sensed:
     """The force on the tip, with `moment` the whole wrench, that explains what was measured while the motors stand as here.
 
-    `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion: a number for tube 2, a dict for others;
+    It comes on top of this equilibrium's loads, and is looked for from here on: an observer that solves its model under the force it knows of
+    gets what is lacking. `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion: a number for tube 2, a dict for others;
     `position` (m) and `direction` the measured tip, base frame. Their standard deviations weigh them.
     """
     deviations = (tension_deviation, torque_deviation, position_deviation, direction_deviation)

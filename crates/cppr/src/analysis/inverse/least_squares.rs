@@ -22,12 +22,14 @@ pub(super) struct Outcome<S> {
 }
 
 const ITERATIONS: usize = 100;
-/// Damping at the start, against the largest diagonal entry of JᵀJ.
-const DAMPING: f64 = 1e-3;
+/// Damping at the start, against the largest diagonal entry of JᵀJ: little, since searches start near. It grows fast where that is wrong.
+const DAMPING: f64 = 1e-6;
 /// Least part of the predicted gain that a step must bring.
 const GAIN: f64 = 1e-4;
 /// Residuals, steps and relative gains below these are zero.
 const ZERO: f64 = 1e-13;
+/// A step that would gain less than this part of the cost is not tried: rounding would decide whether it gains.
+const WORTH: f64 = 1e-14;
 
 /// Searches from `values`, where `first` was evaluated.
 pub(super) fn minimise<S>(
@@ -75,6 +77,9 @@ pub(super) fn minimise<S>(
             break;
         }
         let predicted = -gradient.dot(&taken) - 0.5 * (&jacobian * &taken).norm_squared();
+        if predicted.abs() <= WORTH * cost {
+            break;
+        }
         let next = evaluate(&trial, &outcome.best.state);
         let gain = next.as_ref().map_or(f64::NEG_INFINITY, |n| cost - 0.5 * n.residual.norm_squared());
         match next {
