@@ -41,4 +41,4 @@ rm -r "$files"
 (cd "$(mktemp -d)" && ln -s "$OLDPWD/robots" . && "$OLDPWD/.venv/bin/python" "$OLDPWD/examples/python/control_loop.py" &&
     cp control_loop.png "$OLDPWD/$figures/control-loop.png")
 # The live view in a browser, which crates/cppr-viewer/test.sh sets up.
-node crates/cppr-viewer/web/picture.js $figures/viewer.png
+node crates/cppr-viewer/web/picture.js $figures/viewer.png $figures/viewer-bundle.png

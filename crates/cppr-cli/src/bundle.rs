@@ -5,11 +5,11 @@ use crate::bundle_figure;
 use crate::command::{thread_has_direction, unsound};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
+use crate::scenario;
 use crate::solve::Args;
 use crate::table::{counted, millimetres, plain};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
 use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft};
-use cppr::design::TubeDesign;
 use cppr::kinematics::TipPose;
 use cppr_sweep::load_behind_plate;
 use serde_json::{Value, json};
@@ -23,7 +23,10 @@ const SMOOTH: f64 = 200.0;
 
 /// Solves, prints, writes.
 pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), Failure> {
-    let (command, stretch) = args.command.bundle_command(design)?;
+    let (command, stretch) = match &args.scenario {
+        Some(path) => scenario::bundle_command(path, design)?,
+        None => args.command.bundle_command(design)?,
+    };
     let bundle = Bundle::new(design).map_err(|problems| unsound(&args.robot, &problems))?;
     check(design, &bundle, &command, stretch)?;
     let mut solver = BundleSolver::new(&bundle).with_stretch(stretch);
@@ -78,18 +81,12 @@ pub fn check(
             millimetres(label)
         )));
     }
-    let mut bodies = design.tubes.iter().flat_map(|tube| &tube.parts);
-    let massless = |body: &TubeDesign| match body {
-        TubeDesign::Notched(t) => t.material.density <= 0.0,
-        TubeDesign::Stiffness(t) => t.mass_per_length.eval(0.0, 1.0)[0] <= 0.0,
-    };
-    if command.loads.gravity.is_some() && bodies.clone().all(|part| massless(&part.body)) {
+    if command.loads.gravity.is_some() && !design.has_mass() {
         return Err(Failure::Input(
             "--gravity: this robot has no mass; add density_kg_m3 or mass_per_length_g_m to its file".into(),
         ));
     }
-    let unknown = |body: &TubeDesign| matches!(body, TubeDesign::Stiffness(t) if t.axial.is_none());
-    if stretch && bodies.any(|part| unknown(&part.body)) {
+    if stretch && !design.has_axial_stiffness() {
         return Err(Failure::Input(
             "--stretch: the axial stiffness of a part is not known; add axial_N to its stiffness".into(),
         ));

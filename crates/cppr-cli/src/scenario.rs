@@ -2,6 +2,8 @@
 
 use crate::Failure;
 use crate::command::read_robot;
+use cppr::bundle::BundleDesign;
+use cppr::bundle::solve::BundleCommand;
 use cppr::design::Robot;
 use cppr::solve::{Command, Solver};
 use cppr_io::{Scenario, scenario};
@@ -21,12 +23,20 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
     Scenario::parse(&text).map_err(|problem| Failure::Input(format!("{shown}: {problem}")))
 }
 
+/// The command of a scenario for a bundle, and whether its tubes stretch.
+pub fn bundle_command(path: &Path, design: &BundleDesign) -> Result<(BundleCommand, bool), Failure> {
+    read(path)?.bundle_command(design).map_err(|problems| all(path, &problems))
+}
+
+/// Problems of a scenario, each under the name of its file.
+fn all(path: &Path, problems: &[String]) -> Failure {
+    let lines: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
+    Failure::Input(lines.join("\n"))
+}
+
 /// A solver of the robot with the notches of the scenario, and its command.
 pub fn apply(path: &Path, robot: &Path) -> Result<(Solver, Command), Failure> {
-    let all = |problems: Vec<String>| {
-        let lines: Vec<String> = problems.iter().map(|p| format!("{}: {p}", path.display())).collect();
-        Failure::Input(lines.join("\n"))
-    };
+    let all = |problems: Vec<String>| all(path, &problems);
     let scenario = read(path)?;
     let (file, _) = read_robot(robot)?;
     let design = scenario.changed(file.design).map_err(all)?;

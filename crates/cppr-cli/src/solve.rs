@@ -52,7 +52,7 @@ pub struct Args {
     pub command: CommandArgs,
     /// Scenario file (TOML) that says what the options from --pull to --refine say, as the live view writes it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["DriveArgs", "RestArgs"])]
-    scenario: Option<PathBuf>,
+    pub scenario: Option<PathBuf>,
     /// Error of the tip that is accepted, as a part of the robot's length: where the usual modes exceed it, twice or four times as many are
     /// taken. Modes chosen by --modes or --refine stay as they are
     #[arg(long, value_name = "PART", default_value_t = ACCURACY, value_parser = part_of_length)]
@@ -82,13 +82,14 @@ fn part_of_length(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
+    let file = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+        Described::Robot(file) => file,
+        Described::Bundle(design) => return bundle::run(args, &outputs, &design),
+    };
     let (mut solver, command) = if let Some(path) = &args.scenario {
         scenario::apply(path, &args.robot)?
     } else {
-        let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
-            Described::Robot(file) => build(&file, &args.robot)?,
-            Described::Bundle(design) => return bundle::run(args, &outputs, &design),
-        };
+        let robot = build(&file, &args.robot)?;
         let command = args.command.command(&robot)?;
         (args.command.solver(&robot)?, command)
     };

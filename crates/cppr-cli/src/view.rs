@@ -1,10 +1,12 @@
 //! `cppr view`: a robot in the browser, live or as a page to send.
 
 use crate::Failure;
-use crate::command::read_robot;
+use crate::command::{build, unsound};
 use crate::output::{self, print};
-use crate::quantity::{Kind, Span, span_for_tube};
+use crate::quantity::{Kind, Span, span_for_any_tube};
 use crate::scenario;
+use cppr::bundle::Bundle;
+use cppr_io::bundle_file::{self, Described};
 use cppr_viewer::save::{Axis, SaveProblem, Swept, page};
 use cppr_viewer::{Options, serve};
 use std::path::{Path, PathBuf};
@@ -17,6 +19,7 @@ Examples:
 Live, until Ctrl-C:
   $ cppr view robots/r1.toml
   $ cppr view robots/childs3.toml --scenario examples/scenario.toml --no-open --port 8000
+  $ cppr view robots/bundles/two_sections.toml
 
 The live page is served on this computer only, under an address with a secret in it that is new every time.
 A saved page needs no server and no network; each --sweep becomes a slider.
@@ -55,7 +58,7 @@ fn axis(text: &str) -> Result<Axis, String> {
         "torque" => (Swept::Torque, Kind::Moment, 1e-3),
         other => return Err(format!("{other} cannot be swept; pull, tension, rotate and torque can")),
     };
-    let given = span_for_tube(values, kind)?;
+    let given = span_for_any_tube(values, kind)?;
     match given.value {
         Span::Range(from, to, Some(count)) => {
             let value = |i: u32| (from + (to - from) * f64::from(i) / f64::from(count - 1)) / unit;
@@ -70,13 +73,21 @@ fn axis(text: &str) -> Result<Axis, String> {
 
 /// Serves the page, or saves one.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (robot, _) = read_robot(&args.robot)?;
-    let scenario = match &args.scenario {
-        Some(path) => {
+    let robot = bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))?;
+    match &robot {
+        Described::Robot(file) => drop(build(file, &args.robot)?),
+        Described::Bundle(design) => drop(Bundle::new(design).map_err(|p| unsound(&args.robot, &p))?),
+    }
+    let scenario = match (&args.scenario, &robot) {
+        (Some(path), Described::Robot(_)) => {
             scenario::apply(path, &args.robot)?;
             Some(scenario::read(path)?)
         }
-        None => None,
+        (Some(path), Described::Bundle(design)) => {
+            scenario::bundle_command(path, design)?;
+            Some(scenario::read(path)?)
+        }
+        (None, _) => None,
     };
     if let Some(path) = &args.save {
         return save(args, path, robot, &scenario.unwrap_or_default());
@@ -97,16 +108,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-fn save(
-    args: &Args,
-    path: &Path,
-    robot: cppr_io::RobotFile,
-    base: &cppr_io::Scenario,
-) -> Result<(), Failure> {
+fn save(args: &Args, path: &Path, robot: Described, base: &cppr_io::Scenario) -> Result<(), Failure> {
     output::check(&args.robot, &[("--save", Some(path))])?;
-    let followers = robot.design.tubes.len();
+    let (first, last) = match &robot {
+        Described::Robot(file) => (2, file.design.tubes.len()),
+        Described::Bundle(design) => (1, design.tubes.len()),
+    };
     for (i, axis) in args.sweep.iter().enumerate() {
-        if axis.tube > followers {
+        if axis.tube < first {
+            return Err(Failure::Input(
+                "--sweep: tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into(),
+            ));
+        }
+        if axis.tube > last {
             return Err(Failure::Input(format!("--sweep: there is no tube {}", axis.tube)));
         }
         let turns = |s: Swept| matches!(s, Swept::Rotate | Swept::Torque);

@@ -59,7 +59,7 @@ fn what_cannot_be_asked_is_said() {
         (&["--gravity", "0,0,-1g"], "no mass"),
         (&["--stretch"], "axial_N"),
         (&["--point-force", "160mm:0,1,0N"], "150.000 mm long"),
-        (&["--scenario", "examples/scenario.toml"], "does not take yet"),
+        (&["--scenario", "examples/scenario.toml"], "there is no tube 3"),
     ] {
         refused(&[&["solve", S][..], arguments].concat(), fragment);
     }
@@ -72,11 +72,10 @@ fn what_cannot_be_asked_is_said() {
 fn other_commands_say_what_takes_such_a_robot() {
     for arguments in [
         &["limits", S][..],
-        &["view", S, "--no-open"],
         &["continue", S, "--along", "pull", "--to", "5mm"],
         &["match", S, "--points", "examples/shapes/r3.csv"],
     ] {
-        refused(arguments, "`cppr solve`, `check`, `sweep`, `derivatives` and `export` take it");
+        refused(arguments, "`cppr solve`, `check`, `sweep`, `derivatives`, `export` and `view` take it");
     }
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");

@@ -62,19 +62,35 @@ pub enum Described {
     Bundle(BundleDesign),
 }
 
+impl Described {
+    /// Name of the robot.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Robot(file) => &file.design.name,
+            Self::Bundle(design) => &design.name,
+        }
+    }
+}
+
 /// Reads a file of either kind.
 ///
 /// # Errors
 /// All problems of the file, under its path.
 pub fn read(path: impl AsRef<Path>) -> Result<Described, Problems> {
-    read_as(path.as_ref(), |bytes| {
-        let text = text_of(bytes)?;
-        if is_bundle(DeTable::parse_recoverable(text).0.get_ref()) {
-            parse(text).map(Described::Bundle)
-        } else {
-            robot_file::parse(text).map(Described::Robot)
-        }
-    })
+    read_as(path.as_ref(), |bytes| parse_either(text_of(bytes)?))
+}
+
+/// Reads the text of a file of either kind.
+///
+/// # Errors
+/// All problems of the text.
+pub fn parse_either(text: &str) -> Result<Described, Problems> {
+    if is_bundle(DeTable::parse_recoverable(text).0.get_ref()) {
+        parse(text).map(Described::Bundle)
+    } else {
+        robot_file::parse(text).map(Described::Robot)
+    }
 }
 
 /// Reads any robot file as a bundle.

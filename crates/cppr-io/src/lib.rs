@@ -37,6 +37,7 @@ mod result_format;
 pub mod robot_file;
 pub mod robot_text;
 pub mod scenario;
+mod scenario_bundle;
 mod stiffness;
 mod syntax;
 mod teeth;

@@ -8,7 +8,7 @@
 //! | table | keys |
 //! |---|---|
 //! | the file | `formulation` ("consistent" or "printed"), `stretch` (false), `modes` ("default", "paper" or "planar"), `refine` (1 to 8), `rotation_means` ("base" or "relative_angle"), `gravity_m_s2` |
-//! | `[[actuator]]` | `tube` (2, 3, …), `pull_mm` or `tension_N`, `rotate_deg` or `torque_Nmm` |
+//! | `[[actuator]]` | `tube` (2, 3, …; with parts or joints 1 as well), `pull_mm` or `tension_N`, `rotate_deg` or `torque_Nmm` |
 //! | `[tip]` | `force_N`, `moment_Nmm`, `point_mm` (in the tip's frame), `turns_with_tip` (false) |
 //! | `[[point_force]]` | `at_mm`, `force_N` |
 //! | `[[distributed]]` | `from_mm`, `to_mm`, `force_N_m` |
@@ -132,7 +132,7 @@ pub enum RotationName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActuatorEntry {
-    /// Number of the tube, from 2.
+    /// Number of the tube, from 2; where the robot has parts or joints from 1.
     pub tube: usize,
     /// Translation, pull positive.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -331,7 +331,7 @@ impl Scenario {
         if problems.is_empty() { Ok(draft.command) } else { Err(problems) }
     }
 
-    fn loads(&self) -> Loads {
+    pub(crate) fn loads(&self) -> Loads {
         let on_tip = self.tip.map(|tip| Wrench {
             force: tip.force_N.into(),
             moment: Vector3::from(tip.moment_Nmm) * 1e-3,
@@ -366,7 +366,7 @@ impl Scenario {
 
 impl ActuatorEntry {
     /// What is given, with its key and its value in SI.
-    fn given(&self) -> impl Iterator<Item = (Quantity, &'static str, f64)> {
+    pub(crate) fn given(&self) -> impl Iterator<Item = (Quantity, &'static str, f64)> {
         let values = [self.pull_mm, self.tension_N, self.rotate_deg, self.torque_Nmm];
         let all = Quantity::ALL.into_iter().zip(values);
         all.filter_map(|(quantity, value)| {

@@ -11,9 +11,9 @@ use crate::solver::quaternion;
 use crate::table::{Chunk, Column, ColumnKind, Verdict};
 use crate::task::{Plan, STATE};
 use cppr::bundle::Bundle;
+pub use cppr::bundle::solve::load_behind_plate;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
 use cppr::solve::{Freedom, Quantity};
-use cppr::statics::Station;
 use rayon::ThreadPoolBuildError;
 use rayon::prelude::*;
 use std::io::Write;
@@ -36,17 +36,6 @@ pub struct BundleTask {
     pub axes: Vec<Axis>,
     /// Which poses; no list.
     pub plan: Plan,
-}
-
-/// Label (m) of a load that acts on what was drawn in behind the plate, if there is one.
-#[must_use]
-pub fn load_behind_plate(command: &BundleCommand, found: &BundleEquilibrium) -> Option<f64> {
-    let plate = found.efforts.first()?.label;
-    let wrenches = command.loads.wrenches.iter().filter_map(|w| match w.station {
-        Station::Label(label) => Some(label),
-        Station::Tip => None,
-    });
-    wrenches.chain(command.loads.distributed.iter().map(|d| d.from)).find(|label| *label < plate)
 }
 
 impl BundleTask {

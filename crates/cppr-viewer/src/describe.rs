@@ -1,9 +1,9 @@
 //! What the page must know of a robot: its tubes as they are cut, and how far its controls reach.
 
 use cppr::analysis::Shape;
-use cppr::design::{Outline, Robot, TubeDesign};
+use cppr::design::{Outline, Profile, Robot, TubeDesign};
 use cppr_io::RobotFile;
-use cppr_mesh::{Detail, TubeOptions, tube_mesh};
+use cppr_mesh::{Detail, TubeOptions, Tubes, tube_mesh};
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -125,18 +125,47 @@ const CREASE: f64 = 0.6;
 /// The bodies of all tubes whose geometry is known, as messages: the fine ones, and coarse ones for a renderer that is
 /// too slow for them while the robot moves.
 pub fn bodies(file: &RobotFile, robot: &Robot) -> Vec<Vec<u8>> {
-    let fine = Detail::drawing(robot.length() / STEPS);
-    let body = |tube: usize, coarse: bool| {
-        let below = if tube == 0 { 0.0 } else { BELOW * longest_pull(robot, tube) };
-        let outer = file.tubes.get(tube)?.outer_radius?;
-        // Circles of at least 12 chords, which leave them by a tenth of the radius at most.
-        let detail = if coarse { Detail { chord: 0.09 * outer, turn: 0.53, ..fine } } else { fine };
-        // A tube that is given by its stiffness is drawn as its centroid line.
-        let mesh = tube_mesh(file, tube, &TubeOptions { below, ..TubeOptions::plain(detail) }).ok()?;
-        Some(crate::message::mesh(tube, coarse, &mesh.shaded(CREASE)))
-    };
+    let below = |tube: usize| if tube == 0 { 0.0 } else { BELOW * longest_pull(robot, tube) };
+    // A tube that is given by its stiffness is drawn as its centroid line.
+    let body = |tube: usize, coarse: bool| body(file, tube, coarse, robot.length(), below(tube));
     let both = [false, true].into_iter();
     both.flat_map(|coarse| (0..robot.tube_count()).filter_map(move |tube| body(tube, coarse))).collect()
+}
+
+/// The body of a tube of a robot of some length (m), with so much below the plate (m); `None` where there is none.
+pub(crate) fn body(robot: &dyn Tubes, tube: usize, coarse: bool, length: f64, below: f64) -> Option<Vec<u8>> {
+    let fine = Detail::drawing(length / STEPS);
+    let outer = robot.parts(tube).into_iter().find_map(|(_, body)| match body {
+        TubeDesign::Notched(own) => Some(radii(&own.outline)[0]),
+        TubeDesign::Stiffness(_) => None,
+    })?;
+    // Circles of at least 12 chords, which leave them by a tenth of the radius at most.
+    let detail = if coarse { Detail { chord: 0.09 * outer, turn: 0.53, ..fine } } else { fine };
+    let mesh = tube_mesh(robot, tube, &TubeOptions { below, ..TubeOptions::plain(detail) }).ok()?;
+    Some(crate::message::mesh(tube, coarse, &mesh.shaded(CREASE)))
+}
+
+/// Outer and inner radius, or half the widths across flats (m).
+pub(crate) fn radii(outline: &Outline) -> [f64; 2] {
+    match *outline {
+        Outline::Round { outer_radius, inner_radius } => [outer_radius, inner_radius],
+        Outline::Polygon { outer_apothem, inner_apothem, .. } => [outer_apothem, inner_apothem],
+    }
+}
+
+/// Centroid offset (m) and bending stiffness about the soft axis (N m²) half-way along a part of some length (m).
+pub(crate) fn offset_and_bending(body: &TubeDesign, length: f64) -> [f64; 2] {
+    let middle = |profile: &Profile| profile.eval(0.5 * length, length)[0];
+    match body {
+        TubeDesign::Notched(own) => {
+            own.outline.inertia(middle(&own.depth)).map_or([0.0, f64::INFINITY], |i| {
+                [own.centroid_offset_factor * i.centroid_offset, own.material.youngs_modulus * i.inertia_z]
+            })
+        }
+        TubeDesign::Stiffness(own) => {
+            [own.centroid_offset_factor * middle(&own.centroid_offset), middle(&own.bending_z)]
+        }
+    }
 }
 
 impl Tube {
@@ -175,7 +204,7 @@ pub fn tubes(shape: &Shape) -> usize {
 }
 
 /// The next of 1, 1.5, 2, 3, 4, 5, 6, 8, 10 … times a power of ten.
-fn nice(value: f64) -> f64 {
+pub(crate) fn nice(value: f64) -> f64 {
     let unit = 10_f64.powf(value.max(1e-9).log10().floor());
     let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
     steps.iter().map(|step| step * unit).find(|&step| step >= value * (1.0 - 1e-9)).unwrap_or(value)

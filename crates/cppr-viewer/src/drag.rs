@@ -5,8 +5,9 @@
 
 use crate::describe::Control;
 use cppr::Vector3;
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
 use cppr::solve::{Command, Equilibrium, Freedom, Input, Solver, Status};
-use nalgebra::Matrix3;
+use nalgebra::{DMatrix, DVector};
 
 /// Steps for one place of the pointer.
 const STEPS: usize = 6;
@@ -31,13 +32,9 @@ pub(crate) fn towards(
         }
         let Ok(exact) = solver.sensitivity(&here) else { break };
         let reach: Vec<f64> = exact.inputs.iter().map(|input| reach(controls, *input)).collect();
-        let mut jacobian = exact.tip_jacobian.rows(0, 3).into_owned();
-        for (mut column, unit) in jacobian.column_iter_mut().zip(&reach) {
-            column *= *unit;
-        }
-        let square = &jacobian * jacobian.transpose() + Matrix3::identity() * (DAMPING * length).powi(2);
-        let Some(inverse) = square.try_inverse() else { break };
-        let change = jacobian.transpose() * (inverse * way * (LONGEST * length / way.norm()).min(1.0));
+        let Some(change) = step(exact.tip_jacobian.rows(0, 3).into_owned(), &reach, way, length) else {
+            break;
+        };
         let mut command = here.command().clone();
         for ((input, reach), part) in exact.inputs.iter().zip(&reach).zip(change.iter()) {
             advance(&mut command, *input, *reach, *part);
@@ -52,6 +49,59 @@ pub(crate) fn towards(
         here = next;
     }
     here
+}
+
+/// The step Δq towards what is `way` (m) from the tip, by the slopes J of its position.
+fn step(mut jacobian: DMatrix<f64>, reach: &[f64], way: Vector3<f64>, length: f64) -> Option<DVector<f64>> {
+    for (mut column, unit) in jacobian.column_iter_mut().zip(reach) {
+        column *= *unit;
+    }
+    let square = &jacobian * jacobian.transpose() + DMatrix::identity(3, 3) * (DAMPING * length).powi(2);
+    let cut = way * (LONGEST * length / way.norm()).min(1.0);
+    Some(jacobian.transpose() * (square.try_inverse()? * DVector::from_column_slice(cut.as_slice())))
+}
+
+/// The same for a bundle, with the command under which it then is.
+pub(crate) fn bundle_towards(
+    solver: &mut BundleSolver,
+    start: BundleEquilibrium,
+    command: BundleCommand,
+    controls: &[Control],
+    target: Vector3<f64>,
+) -> (BundleEquilibrium, BundleCommand) {
+    let length = start.length;
+    let (mut here, mut command) = (start, command);
+    for _ in 0..STEPS {
+        let way = target - here.tip;
+        if way.norm() <= NEAR * length {
+            break;
+        }
+        let Some(exact) = solver.tip_jacobian(&here) else { break };
+        let inputs: Vec<Input> = command
+            .drives
+            .iter()
+            .enumerate()
+            .flat_map(|(i, drive)| {
+                [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
+                    .map(|(freedom, own)| Input { tube: i + 1, freedom, is_motion: own.is_motion() })
+            })
+            .collect();
+        let reach: Vec<f64> = inputs.iter().map(|input| reach(controls, *input)).collect();
+        let Some(change) = step(exact.rows(0, 3).into_owned(), &reach, way, length) else { break };
+        let mut next = command.clone();
+        for ((input, reach), part) in inputs.iter().zip(&reach).zip(change.iter()) {
+            let own = &mut next.drives[input.tube - 1];
+            let drive =
+                if input.freedom == Freedom::PushPull { &mut own.translation } else { &mut own.rotation };
+            *drive = drive.with_value(drive.value() + part * reach);
+        }
+        let found = solver.solve_from(&next, &here);
+        if !(found.converged && found.stable) || (target - found.tip).norm() >= way.norm() {
+            break;
+        }
+        (here, command) = (found, next);
+    }
+    (here, command)
 }
 
 /// How far the control of an input reaches (m, rad, N or N m).

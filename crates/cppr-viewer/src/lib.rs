@@ -9,6 +9,7 @@
 //!
 //! Messages of the page are JSON ([`session`]); shapes go back in binary ([`message`]).
 
+mod bundle;
 mod cloud;
 mod describe;
 mod drag;

@@ -7,8 +7,9 @@ use crate::message::Message;
 use crate::session::{Request, Session, Solve};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use cppr_io::Scenario;
+use cppr_io::bundle_file::Described;
 use cppr_io::scenario::ActuatorEntry;
-use cppr_io::{RobotFile, Scenario};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt;
@@ -34,7 +35,7 @@ pub enum Swept {
 pub struct Axis {
     /// Which.
     pub swept: Swept,
-    /// Of which follower.
+    /// Of which tube.
     pub tube: usize,
     /// Two or more values.
     pub values: Vec<f64>,
@@ -101,14 +102,14 @@ impl Axis {
 ///
 /// # Errors
 /// [`SaveProblem`].
-pub fn page(file: RobotFile, base: &Scenario, axes: &[Axis]) -> Result<String, SaveProblem> {
+pub fn page(robot: Described, base: &Scenario, axes: &[Axis]) -> Result<String, SaveProblem> {
     let count =
         axes.iter().map(|a| a.values.len()).try_fold(1_usize, usize::checked_mul).unwrap_or(usize::MAX);
     if count > MOST_POSES {
         return Err(SaveProblem::TooMany(count));
     }
-    let name = file.design.name.clone();
-    let mut session = Session::new(file, None);
+    let name = robot.name().to_owned();
+    let mut session = Session::new(robot, None);
     let mut scenario = base.clone();
     let mut messages = Vec::new();
     let mut poses = Vec::with_capacity(count);

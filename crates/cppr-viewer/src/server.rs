@@ -10,7 +10,8 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
-use cppr_io::{RobotFile, Scenario};
+use cppr_io::Scenario;
+use cppr_io::bundle_file::Described;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -25,7 +26,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
 /// What to serve, and where.
 pub struct Options {
     /// The robot that a new page shows.
-    pub robot: RobotFile,
+    pub robot: Described,
     /// What is asked of it at first.
     pub scenario: Option<Scenario>,
     /// Port of the loopback address; 0 for a free one.
@@ -35,7 +36,7 @@ pub struct Options {
 }
 
 struct Shared {
-    robot: RobotFile,
+    robot: Described,
     scenario: Option<Scenario>,
     port: u16,
     limit: Limit,

@@ -4,6 +4,7 @@
 
 pub use crate::cloud::{Cloud, Range};
 
+use crate::bundle::BundleModel;
 use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::drag;
@@ -11,6 +12,7 @@ use crate::message::{self, Message, SECTIONS};
 use cppr::analysis::{Place, SafeRange, SectionLimit, Shape, Teeth, explained, governing};
 use cppr::design::{DesignProblem, Robot};
 use cppr::solve::{Equilibrium, Solver, Status};
+use cppr_io::bundle_file::{self, Described};
 use cppr_io::scenario::NotchChange;
 use cppr_io::{Problems, RobotFile, Scenario};
 use serde::{Deserialize, Serialize};
@@ -105,13 +107,13 @@ pub struct Pose {
 /// Where an actuator stands and what it exerts.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ActuatorState {
-    tube: usize,
-    pull_mm: f64,
-    rotate_deg: f64,
+    pub(crate) tube: usize,
+    pub(crate) pull_mm: f64,
+    pub(crate) rotate_deg: f64,
     #[serde(rename = "tension_N")]
-    tension: f64,
+    pub(crate) tension: f64,
     #[serde(rename = "torque_Nmm")]
-    torque: f64,
+    pub(crate) torque: f64,
 }
 
 /// How near a notch is to closing.
@@ -142,13 +144,21 @@ struct Model {
     stable: Option<Equilibrium>,
 }
 
+/// The robot on the page.
+enum Shown {
+    /// Tubes of one length, joined at the tip.
+    Robot(Box<Model>),
+    /// Anything else.
+    Bundle(Box<BundleModel>),
+}
+
 /// State of one connection.
 pub struct Session {
     /// The robot with which the program was started.
-    first: RobotFile,
+    first: Described,
     /// What is asked of it at first.
     start: Option<Scenario>,
-    model: Option<Model>,
+    model: Option<Shown>,
     background: Option<Remaining>,
 }
 
@@ -158,7 +168,7 @@ pub fn problem(text: &str) -> Message {
     Message::Text(json!({"kind": "problem", "text": text}).to_string())
 }
 
-fn text(value: &impl Serialize) -> Message {
+pub(crate) fn text(value: &impl Serialize) -> Message {
     Message::Text(serde_json::to_string(value).unwrap_or_default())
 }
 
@@ -179,24 +189,25 @@ fn sentences(problems: &[DesignProblem]) -> Vec<String> {
 impl Session {
     /// Of a page that will ask for its robot.
     #[must_use]
-    pub fn new(first: RobotFile, start: Option<Scenario>) -> Self {
+    pub fn new(first: Described, start: Option<Scenario>) -> Self {
         Self { first, start, model: None, background: None }
     }
 
     /// Takes a robot and describes it to the page.
-    fn show(&mut self, name: &str, file: RobotFile, send: Send) -> bool {
-        match Robot::from_design(file.design.clone()) {
-            Ok(robot) => {
+    fn show(&mut self, name: &str, robot: Described, send: Send) -> bool {
+        let shown = match robot {
+            Described::Robot(file) => Model::new(file).map(|model| Shown::Robot(Box::new(model))),
+            Described::Bundle(design) => BundleModel::new(design).map(|model| Shown::Bundle(Box::new(model))),
+        };
+        match shown {
+            Ok(shown) => {
                 self.background = None;
-                let model = self.model.insert(Model {
-                    file,
-                    solver: Solver::new(&robot),
-                    changes: Vec::new(),
-                    stable: None,
-                });
-                model.describe(false, send)
+                match self.model.insert(shown) {
+                    Shown::Robot(model) => model.describe(false, send),
+                    Shown::Bundle(model) => model.describe(send),
+                }
             }
-            Err(problems) => send(refused_file(name, &sentences(&problems.0))),
+            Err(problems) => send(refused_file(name, &problems)),
         }
     }
 
@@ -209,8 +220,8 @@ impl Session {
                 self.show("The robot", self.first.clone(), send)
                     && start.is_none_or(|s| send(text(&json!({"kind": "start", "scenario": s}))))
             }
-            Request::Robot(Some(given)) => match cppr_io::robot_file::parse(&given.text) {
-                Ok(file) => self.show(&given.name, file, send),
+            Request::Robot(Some(given)) => match bundle_file::parse_either(&given.text) {
+                Ok(robot) => self.show(&given.name, robot, send),
                 Err(problems) => send(refused_file(&given.name, &list(&problems))),
             },
             Request::ReadScenario(given) => match Scenario::parse(&given.text) {
@@ -230,8 +241,15 @@ impl Session {
         let refuse = |status: &str, reasons: &[String], send: Send| {
             send(text(&json!({"kind": "refused", "id": asked.id, "status": status, "reasons": reasons})))
         };
-        let Some(model) = &mut self.model else {
-            return refuse("wrong", &["there is no robot".into()], send);
+        let model = match &mut self.model {
+            None => return refuse("wrong", &["there is no robot".into()], send),
+            Some(Shown::Bundle(model)) => {
+                return match model.solve(asked) {
+                    Ok(bytes) => send(Message::Binary(bytes)),
+                    Err((status, reasons)) => refuse(status, &reasons, send),
+                };
+            }
+            Some(Shown::Robot(model)) => model,
         };
         match model.change(&asked.scenario.notches) {
             Ok(false) => {}
@@ -297,7 +315,12 @@ impl Session {
 
     /// Tells the page how far each actuator may go while the others stay; nothing where the pose is not safe itself.
     fn ranges(&mut self, scenario: &Scenario, send: Send) -> bool {
-        let Some(model) = &mut self.model else { return send(problem("there is no robot")) };
+        let model = match &mut self.model {
+            None => return send(problem("there is no robot")),
+            // Not known yet.
+            Some(Shown::Bundle(_)) => return send(text(&json!({"kind": "ranges", "ranges": []}))),
+            Some(Shown::Robot(model)) => model,
+        };
         let solver = &mut model.solver;
         let safe = scenario.command(solver.robot()).ok().and_then(|command| {
             solver.set_settings(scenario.settings()).ok()?;
@@ -315,7 +338,15 @@ impl Session {
 
     fn start_cloud(&mut self, cloud: &Cloud, send: Send) -> bool {
         self.background = None;
-        let Some(model) = &self.model else { return send(problem("there is no robot")) };
+        let model = match &self.model {
+            None => return send(problem("there is no robot")),
+            Some(Shown::Bundle(_)) => {
+                return send(problem(
+                    "the workspace of a robot with parts or joints is not drawn yet; cppr sweep tabulates it",
+                ));
+            }
+            Some(Shown::Robot(model)) => model,
+        };
         match Remaining::new(cloud, model.solver.robot()) {
             Ok(remaining) => {
                 self.background = Some(remaining);
@@ -337,6 +368,11 @@ impl Session {
 }
 
 impl Model {
+    fn new(file: RobotFile) -> Result<Self, Vec<String>> {
+        let robot = Robot::from_design(file.design.clone()).map_err(|p| sentences(&p.0))?;
+        Ok(Self { file, solver: Solver::new(&robot), changes: Vec::new(), stable: None })
+    }
+
     /// Tells the page all about the robot; false where the page is gone.
     fn describe(&self, changed: bool, send: Send) -> bool {
         let file = RobotFile { design: self.solver.robot().design().clone(), ..self.file.clone() };

@@ -1,7 +1,7 @@
 //! The session of the live view ([`cppr_viewer::session`]) for a page that solves by itself: the messages that a
 //! server takes and gives go to and from JavaScript instead. `build.sh` makes the module, a worker of the page runs it.
 
-use cppr_io::robot_file;
+use cppr_io::bundle_file;
 use cppr_viewer::message::Message;
 use cppr_viewer::session::{Request, Session, problem};
 use js_sys::{Function, Uint8Array};
@@ -21,7 +21,7 @@ impl Kernel {
     /// Everything that is wrong with it.
     #[wasm_bindgen(constructor)]
     pub fn new(robot: &str) -> Result<Kernel, JsError> {
-        Ok(Self { session: Session::new(robot_file::parse(robot)?, None) })
+        Ok(Self { session: Session::new(bundle_file::parse_either(robot)?, None) })
     }
 
     /// Answers one message of the page; `say` is called with each answer, a string or a `Uint8Array`.

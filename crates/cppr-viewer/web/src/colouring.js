@@ -31,6 +31,9 @@ export const COLOURINGS = {
   closure: { label: "notch closure", mode: 1, unit: "%", factor: 100, title: "Closure of the notches, 100 % where teeth touch", value: closure },
 };
 
+/** Those that only notches have. */
+export const OF_NOTCHES = ["strain", "closure"];
+
 const largest = (pose, t, value) => {
   let most = 0;
   for (let s = 0; s < pose.sections; s++) most = Math.max(most, value(s));

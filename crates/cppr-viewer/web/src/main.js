@@ -2,7 +2,7 @@
 
 import "./style.css";
 import { Arrow } from "./arrow.js";
-import { COLOURINGS, Legend, range, sectionValue } from "./colouring.js";
+import { COLOURINGS, OF_NOTCHES, Legend, range, sectionValue } from "./colouring.js";
 import { controlPanel } from "./panel.js";
 import { Rest, Seldom, button, choice, download, el, select, tick } from "./dom.js";
 import { png, svg } from "./picture.js";
@@ -102,7 +102,7 @@ const numbers = new Seldom(50, () => {
   const { pose } = store;
   if (!pose) return;
   readout.pose(pose, store.scenario);
-  aside.hidden = !source.live || pose.status !== "unstable";
+  aside.hidden = !source.live || robot.bundle || pose.status !== "unstable";
   readout.note.textContent = source.live ? `${pose.iterations} Newton steps, ${(pose.solve_us / 1000).toFixed(2)} ms` : "";
   plots.pose(pose);
 });
@@ -117,7 +117,8 @@ function begin(description) {
   document.title = `${robot.name} – cppr`;
   stage.begin(robot);
   arrow.begin(robot.force_N);
-  plots.begin(robot.tubes);
+  plots.begin(robot);
+  offer();
   scale.textContent = `grid ${stage.gridStep} mm`;
   store.pose = null;
   if (changed) return;
@@ -205,7 +206,7 @@ store.addEventListener("change", ({ detail }) => {
     last = null;
     player.interrupt();
   }
-  if (source.live) ranges.wake();
+  if (source.live && !robot.bundle) ranges.wake();
   if (!detail.solved) source.solve(store.scenario, { from_rest: resting });
   resting = false;
   // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
@@ -241,7 +242,7 @@ function views() {
       paint();
     }, title).node;
   const parts = [toggle("tubes", "tubes"), toggle("glass", "see-through", "Outer tubes let the inner ones shine through"), toggle("lines", "centroid lines"), toggle("frames", "section frames"), toggle("trace", "tip trace"), toggle("grid", "grid")];
-  if (source.live && robot.controls.length > 0) {
+  if (source.live && robot.controls.length > 0 && !robot.bundle) {
     const cloud = tick("workspace", false, (v) => {
       stage.addCloud(null);
       cloudNote.textContent = "";
@@ -280,6 +281,14 @@ const colour = select("Colour by", Object.entries(COLOURINGS).map(([key, c]) => 
   bend();
   paint();
 });
+/** Colours that a robot with parts and joints has not, since its notches have no limits yet. */
+function offer() {
+  for (const option of colour.options) {
+    option.disabled = robot.bundle && OF_NOTCHES.includes(option.value);
+    option.title = option.disabled ? "Strain and closure of notches are not known for robots with parts and joints" : "";
+  }
+  if (colour.selectedOptions[0].disabled) colour.value = colouring = "tube";
+}
 const file = el("input", { type: "file", accept: ".toml", hidden: true, onchange: () => file.files[0] && open(file.files[0]) });
 const menu = el(
   "details",

@@ -96,6 +96,26 @@ const GRAVITY = { none: null, "-Z": [0, 0, -9.81], "-Y": [0, -9.81, 0], "+X": [9
 /** Factors on modes and nodes; a file may have any from 1 to 8. */
 const REFINEMENTS = [1, 2, 4, 8];
 
+/** Moves all tubes that are driven by motion together through the plate. */
+function advance(store, robot) {
+  if (!robot.bundle) return null;
+  const own = () => -(store.scenario.actuator.find((a) => a.pull_mm !== undefined)?.pull_mm ?? 0);
+  const control = valueControl({
+    label: "Push",
+    unit: "mm",
+    most: robot.advance_mm,
+    value: own(),
+    title: "Advances the robot: pushes all tubes together through the plate; what they are pulled against each other stays",
+    input: (v) => {
+      const by = v - own();
+      store.change((s) => s.actuator.forEach((a) => a.pull_mm !== undefined && (a.pull_mm = Number((a.pull_mm - by).toFixed(6)))), true);
+    },
+    done: () => store.settle(),
+  });
+  const node = el("fieldset", {}, el("legend", {}, "All tubes"), control.node);
+  return { node, show: () => control.set(own()) };
+}
+
 function options(store, robot) {
   const change = (edit) => {
     store.change(edit);
@@ -124,6 +144,16 @@ function options(store, robot) {
     (v) => change((s) => (s.refine = v)),
   );
   const stretch = tick("tubes stretch", store.scenario.stretch, (v) => change((s) => (s.stretch = v)), "Axial strain of every tube");
+  if (robot.bundle) {
+    for (const [own, why] of [
+      [formulation, "The printed equations know no parts and joints"],
+      [modes, "Robots with parts and joints are integrated along their length, without modes"],
+      [refine, "The steps of the integration follow their error, which the readout states"],
+    ]) {
+      own.node.querySelectorAll("button").forEach((b) => (b.disabled = true));
+      own.node.title = why;
+    }
+  }
   if (!robot.has_mass) {
     gravity.node.querySelectorAll("button").forEach((b) => (b.disabled = true));
     gravity.node.title = "This robot's file gives no mass";
@@ -176,6 +206,7 @@ function notches(store, robot) {
 /** All controls of a robot; they show again what the store holds after undo. */
 export function controlPanel(store, robot) {
   const parts = [
+    advance(store, robot),
     ...robot.controls.map((control, i) => actuator(store, control, i)),
     forces(store, robot),
     options(store, robot),

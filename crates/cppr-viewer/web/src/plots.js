@@ -11,9 +11,12 @@ const QUANTITIES = [
   ["moment_y", "Bending moment M_Y (N mm)"],
   ["torque", "Torque (N mm)"],
   ["axial_force", "Axial force (N)"],
+  ["tension", "Tension (N)"],
   ["stretch", "Stretch (–)"],
 ];
 const FIRST = ["curvature_z", "moment_z", "axial_force"];
+/** Where moments and axial forces are not known. */
+const FIRST_OF_BUNDLE = ["curvature_z", "tension", "torque"];
 /** Units of the drawing; its height follows the room that there is. */
 const [W, LEFT, BOTTOM, TOP] = [320, 44, 20, 8];
 const DASHES = ["", "6 3", "8 3 2 3", "12 3", "2 3", "8 3 2 3 2 3"];
@@ -23,11 +26,8 @@ class Plot {
     this.column = column;
     this.svg = shape("svg", { role: "img" });
     this.value = el("span", { className: "values" });
-    const pick = select("Plotted quantity", QUANTITIES, column, (v) => {
-      this.column = v;
-      this.draw();
-    });
-    this.node = el("figure", {}, el("figcaption", {}, pick, this.value), this.svg);
+    this.pick = el("span");
+    this.node = el("figure", {}, el("figcaption", {}, this.pick, this.value), this.svg);
     new ResizeObserver(([{ contentRect: { width, height } }]) => {
       if (width === 0 || height === 0) return;
       this.height = (W * height) / width;
@@ -43,11 +43,23 @@ class Plot {
     this.svg.addEventListener("pointerleave", () => hover(null));
   }
 
+  /** Offers what there is. */
+  begin(columns, first) {
+    this.pose = null;
+    this.column = first;
+    const there = QUANTITIES.filter(([column]) => columns.includes(column));
+    const pick = select("Plotted quantity", there, first, (v) => {
+      this.column = v;
+      this.draw();
+    });
+    this.pick.replaceChildren(pick);
+  }
+
   draw(pose = this.pose) {
     this.pose = pose;
     const H = this.height;
     if (!pose || !H) return;
-    const lines = Array.from({ length: pose.tubes }, (_, t) => pose.along(t, this.column));
+    const lines = Array.from({ length: pose.tubes }, (_, t) => pose.along(t, this.column).slice(0, pose.ends[t] + 1));
     const most = Math.max(...lines.map((l) => l.reduce((m, v) => Math.max(m, v), 0)));
     const least = Math.min(...lines.map((l) => l.reduce((m, v) => Math.min(m, v), 0)));
     // What is only rounding is drawn as zero.
@@ -55,7 +67,7 @@ class Plot {
     // A number needs some room above the next.
     const step = nice(span / Math.max(2, Math.min(5, (H - BOTTOM - TOP) / 20)));
     const [low, high] = [Math.floor(least / step - 1e-3) * step, Math.ceil(most / step + 1e-3) * step];
-    const length = pose.at(pose.sections - 1, 0, "abscissa");
+    const length = pose.place(pose.sections - 1);
     const px = (x) => LEFT + (x / length) * (W - LEFT - 6);
     const py = (y) => H - BOTTOM - ((y - low) / (high - low)) * (H - BOTTOM - TOP);
     const grid = [];
@@ -72,7 +84,7 @@ class Plot {
     }
     const paths = lines.map((line, t) => {
       let d = "";
-      line.forEach((v, s) => (d += `${s ? "L" : "M"}${px(pose.at(s, 0, "abscissa")).toFixed(1)} ${py(v).toFixed(1)}`));
+      line.forEach((v, s) => (d += `${s ? "L" : "M"}${px(pose.place(s)).toFixed(1)} ${py(v).toFixed(1)}`));
       return shape("path", { d, class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] });
     });
     this.cursor = shape("line", { y1: TOP, y2: H - BOTTOM, class: "cursor", visibility: "hidden" });
@@ -87,11 +99,11 @@ class Plot {
       this.value.textContent = "";
       return;
     }
-    const x = this.px(this.pose.at(section, 0, "abscissa"));
+    const x = this.px(this.pose.place(section));
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
-    const values = Array.from({ length: this.pose.tubes }, (_, t) => show(this.pose.at(section, t, this.column)));
-    this.value.textContent = `X = ${show(this.pose.at(section, 0, "abscissa"), 0)} mm: ${values.join(", ")}`;
+    const values = Array.from({ length: this.pose.tubes }, (_, t) => show(section > this.pose.ends[t] ? NaN : this.pose.at(section, t, this.column)));
+    this.value.textContent = `X = ${show(this.pose.place(section), 0)} mm: ${values.join(", ")}`;
   }
 }
 
@@ -108,9 +120,11 @@ export class Plots {
     this.node = el("section", { className: "plots", "aria-label": "Fields along the length" }, this.key, ...this.plots.map((p) => p.node));
   }
 
-  begin(tubes) {
+  begin({ tubes, columns, bundle }) {
+    const first = bundle ? FIRST_OF_BUNDLE : FIRST;
+    this.plots.forEach((plot, i) => plot.begin(columns, columns.includes(plot.column) ? plot.column : first[i]));
     const sample = (t) => shape("svg", { viewBox: "0 0 26 8" }, shape("path", { d: "M1 4H25", class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] }));
-    this.key.replaceChildren(...tubes.map((_, t) => el("span", {}, sample(t), t === 0 ? "Tube 1, the leader" : `${t + 1}`)));
+    this.key.replaceChildren(...tubes.map((_, t) => el("span", {}, sample(t), t > 0 ? `${t + 1}` : bundle ? "Tube 1" : "Tube 1, the leader")));
   }
 
   pose(pose) {

@@ -9,6 +9,14 @@ export class Pose {
     Object.assign(this, message);
     this.columns = columns;
     this.index = Object.fromEntries(columns.map((name, i) => [name, i]));
+    // The tube that goes on to the tip, and the last section of each.
+    this.spine ??= 0;
+    this.ends ??= Array(this.tubes).fill(this.sections - 1);
+  }
+
+  /** Where a section is along the robot (mm): by the leader's label, or where tubes end apart by the length of the centreline. */
+  place(s) {
+    return this.along_mm?.[s] ?? this.at(s, 0, "abscissa");
   }
 
   /** One value of tube `t` at section `s`. */
@@ -37,6 +45,7 @@ export class Pose {
    * the section's axes. Teeth are rigid, so that the notches bend for them.
    */
   bending(s, t, tube) {
+    if (this.index.stretch === undefined) return [0, 0, 0];
     const share = tube.notch_mm > 0 ? (tube.notch_mm + tube.tooth_mm) / tube.notch_mm : 1;
     const [ky, kz] = [share * this.at(s, t, "curvature_y"), share * this.at(s, t, "curvature_z")];
     // ε(Y, Z) = e − κ_Z (Y − D) + κ_Y Z, D of the section as it is cut.

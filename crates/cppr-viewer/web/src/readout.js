@@ -52,6 +52,12 @@ export class Readout {
         el("tr", {}, el("th", { scope: "row" }, ...name(`Turn ${a.tube}`)), ...pair(`${show(a.rotate_deg, 2)}°`, asked.rotate_deg, `${show(a.torque_Nmm, 2)} N mm`, asked.torque_Nmm)),
       );
     }
+    if (pose.error_mm !== undefined) {
+      const error = this.#row("Error", [el("td", { colSpan: 3 }, pose.error_mm === null ? "not known" : `${pose.error_mm.toExponential(0)} mm`)], "How far the tip moves when every step of the integration is halved");
+      error.className = "first";
+      this.table.replaceChildren(...rows, error);
+      return;
+    }
     const margin = pose.margin === null ? ["not known (printed)"] : [bar(pose.margin), show(pose.margin)];
     const first = this.#row("Stability", [el("td", { colSpan: 3 }, ...margin)], "Margin: 1 at rest, 0 where the robot snaps");
     first.className = "first";

@@ -4,7 +4,7 @@
 import {
   AmbientLight, Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, RingGeometry, Scene,
-  ShaderMaterial, SphereGeometry, Vector3, Vector4, WebGLRenderer,
+  ShaderMaterial, SphereGeometry, TorusGeometry, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { lineColour, nice } from "./colour.js";
@@ -118,6 +118,9 @@ export class Stage {
     this.mark = new Mesh(new RingGeometry(1.06 * outer, 1.22 * outer, 64), new MeshBasicMaterial({ side: 2, transparent: true, opacity: 0.85 }));
     this.mark.visible = false;
     this.tip = new Mesh(new SphereGeometry(0.16 * outer, 14, 9), new MeshBasicMaterial());
+    this.joints = [];
+    this.band = new TorusGeometry(1.06, 0.07, 10, 48);
+    this.bandMaterial = new MeshBasicMaterial();
     this.plate = new Mesh(new RingGeometry(outer * 1.02, outer * 2.6, 96), new MeshLambertMaterial({ side: 2, transparent: true, opacity: 0.55, forceSinglePass: true }));
     this.plate.rotation.y = Math.PI / 2;
     const step = nice(this.length / 20);
@@ -155,13 +158,33 @@ export class Stage {
     this.#bent = true;
     this.tubes.forEach((tube, t) => tube.bend(pose, this.value(t)));
     this.centroids.forEach((line, t) => (line.points = pose.points(t, "centroid_x")));
-    this.centre.points = pose.points(0, "x");
+    this.centre.points = pose.points(pose.spine, "x");
+    this.#joints(pose);
     this.tip.position.set(...pose.tip_mm);
     if (this.show.trace) {
       this.trace.points = this.tracePoints.flatMap((p) => p.at);
       this.trace.gaps = new Set(this.tracePoints.flatMap((p, i) => (p.gap ? [i] : [])));
     }
     if (this.show.frames) this.#frames(pose);
+  }
+
+  /** A band around each joint, and its tubes. */
+  #joints(pose) {
+    const joints = pose.joints ?? [];
+    while (this.joints.length > joints.length) this.robot.remove(this.joints.pop());
+    while (this.joints.length < joints.length) {
+      const band = new Mesh(this.band, this.bandMaterial);
+      this.joints.push(band);
+      this.robot.add(band);
+    }
+    joints.forEach(([section, tube], i) => {
+      const { joints: bands } = this;
+      bands[i].position.set(...["x", "y", "z"].map((c) => pose.at(section, tube, c)));
+      bands[i].quaternion.set(...["qx", "qy", "qz", "qw"].map((c) => pose.at(section, tube, c)));
+      // A ring lies across its own z; sections lie across x.
+      bands[i].rotateY(Math.PI / 2);
+      bands[i].scale.setScalar(this.description.tubes[tube].outer_mm ?? this.outer);
+    });
   }
 
   /** The axes of some sections of the leader and of the followers. */
@@ -172,6 +195,7 @@ export class Stage {
     const hues = [lineColour(1, this.theme), lineColour(2, this.theme), lineColour(0, this.theme)].map((c) => new Color(c));
     for (let s = 0; s < pose.sections; s += 12) {
       for (let t = 0; t < pose.tubes; t++) {
+        if (s > pose.ends[t]) continue;
         const q = ["qx", "qy", "qz", "qw"].map((c) => pose.at(s, t, c));
         const at = new Vector3(pose.at(s, t, "centroid_x"), pose.at(s, t, "centroid_y"), pose.at(s, t, "centroid_z"));
         const phi = pose.at(s, t, "direction");
@@ -238,7 +262,7 @@ export class Stage {
   fit() {
     if (!this.pose) return;
     const { camera, controls, pose } = this;
-    const points = pose.points(0, "x");
+    const points = pose.points(pose.spine, "x");
     const box = new Box3().setFromArray(points);
     box.expandByPoint(new Vector3(...pose.tip_mm)).expandByScalar(2.6 * this.outer);
     const middle = box.getCenter(new Vector3());
@@ -277,8 +301,8 @@ export class Stage {
     this.mark.visible = section !== null && this.pose !== null;
     if (this.mark.visible) {
       const p = this.pose;
-      this.mark.position.set(p.at(section, 0, "x"), p.at(section, 0, "y"), p.at(section, 0, "z"));
-      this.mark.quaternion.set(...["qx", "qy", "qz", "qw"].map((c) => p.at(section, 0, c)));
+      this.mark.position.set(...["x", "y", "z"].map((c) => p.at(section, p.spine, c)));
+      this.mark.quaternion.set(...["qx", "qy", "qz", "qw"].map((c) => p.at(section, p.spine, c)));
       // A ring lies across its own z; sections lie across x.
       this.mark.rotateY(Math.PI / 2);
     }
@@ -308,6 +332,7 @@ export class Stage {
     this.cloud.material.color = new Color(lineColour(2, this.theme));
     this.mark.material.color = new Color(TRACE[this.theme]);
     this.tip.material.color = new Color(TRACE[this.theme]);
+    this.bandMaterial.color = ink;
     this.plate.material.color = new Color(this.theme === "dark" ? "#59616a" : "#c9c9c4");
     this.grid.material.uniforms.colour.value.set(...(this.theme === "dark" ? [1, 1, 1, 0.1] : [0, 0, 0, 0.09]));
     this.#visible();

@@ -45,10 +45,10 @@ export class Store extends EventTarget {
     this.#say(true);
   }
 
-  /** Changes the scenario while a control moves. */
-  change(edit) {
+  /** Changes the scenario while a control moves; `outside`: what other controls show as well. */
+  change(edit, outside = false) {
     edit(this.scenario);
-    this.#say();
+    this.#say(outside);
   }
 
   /** Where the actuators stand, found with the shape on the page. */

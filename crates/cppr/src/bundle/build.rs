@@ -51,6 +51,27 @@ pub struct BundleDesign {
     pub joints: Vec<Vec<(usize, f64)>>,
 }
 
+impl BundleDesign {
+    /// Has any part mass?
+    #[must_use]
+    pub fn has_mass(&self) -> bool {
+        self.bodies().any(|body| match body {
+            TubeDesign::Notched(t) => t.material.density > 0.0,
+            TubeDesign::Stiffness(t) => t.mass_per_length.eval(0.0, 1.0)[0] > 0.0,
+        })
+    }
+
+    /// Is the axial stiffness of every part known?
+    #[must_use]
+    pub fn has_axial_stiffness(&self) -> bool {
+        !self.bodies().any(|body| matches!(body, TubeDesign::Stiffness(t) if t.axial.is_none()))
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = &TubeDesign> {
+        self.tubes.iter().flat_map(|tube| &tube.parts).map(|part| &part.body)
+    }
+}
+
 impl Bundle {
     /// Checks a design and fits its fields.
     ///

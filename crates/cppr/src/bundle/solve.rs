@@ -8,7 +8,7 @@ use super::sensitivity::section_frame;
 use super::steps::Steps;
 use super::walk::{Base, Walk};
 use crate::solve::Drive;
-use crate::statics::Loads;
+use crate::statics::{Loads, Station};
 use nalgebra::{Matrix3, Vector3};
 
 /// What the motors of one tube do.
@@ -64,6 +64,17 @@ impl BundleCommand {
         };
         LONGEST_TURN / drives.map(turned).fold(LONGEST_TURN, f64::max)
     }
+}
+
+/// Label (m) of a load that acts on what was drawn in behind the plate, if there is one.
+#[must_use]
+pub fn load_behind_plate(command: &BundleCommand, found: &BundleEquilibrium) -> Option<f64> {
+    let plate = found.efforts.first()?.label;
+    let wrenches = command.loads.wrenches.iter().filter_map(|w| match w.station {
+        Station::Label(label) => Some(label),
+        Station::Tip => None,
+    });
+    wrenches.chain(command.loads.distributed.iter().map(|d| d.from)).find(|label| *label < plate)
 }
 
 /// Motion and effort of one tube's motors.

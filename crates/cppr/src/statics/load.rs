@@ -296,8 +296,15 @@ impl Loads {
     /// # Errors
     /// The first problem found.
     pub fn check(&self, robot: &Robot) -> Result<(), LoadProblem> {
+        self.check_on(robot.length(), robot.has_mass())
+    }
+
+    /// The same, on tube 1 of a length (m), of a robot with or without mass.
+    ///
+    /// # Errors
+    /// The first problem found.
+    pub fn check_on(&self, length: f64, has_mass: bool) -> Result<(), LoadProblem> {
         let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
-        let length = robot.length();
         let inside = |label: f64| {
             if (0.0..=length).contains(&label) {
                 Ok(())
@@ -327,7 +334,7 @@ impl Loads {
         if gravity.is_some_and(|g| !finite(&g)) {
             return Err(LoadProblem::NotFinite("the gravity"));
         }
-        if gravity.is_some() && !robot.has_mass() {
+        if gravity.is_some() && !has_mass {
             return Err(LoadProblem::NoMass);
         }
         for t in threads {

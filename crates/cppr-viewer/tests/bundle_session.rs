@@ -1,0 +1,137 @@
+//! What the page is answered for robots with parts and joints.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use cppr_io::Scenario;
+use cppr_io::bundle_file::{self, Described};
+use cppr_io::scenario::ActuatorEntry;
+use cppr_viewer::message::Message;
+use cppr_viewer::session::{Cloud, Request, Session, Solve};
+use serde_json::Value;
+
+/// A session that shows a robot, and what the page was told of it.
+fn session(name: &str) -> (Session, Vec<Value>) {
+    let path = format!("{}/../../robots/bundles/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let mut session = Session::new(Described::Bundle(bundle_file::read_bundle(path).unwrap()), None);
+    let told = ask(&mut session, Request::Robot(None));
+    (session, told.into_iter().map(|(head, _)| head).collect())
+}
+
+/// Answers: heads, and floats where there are some.
+fn ask(session: &mut Session, request: Request) -> Vec<(Value, Vec<f32>)> {
+    let mut answers = Vec::new();
+    session.answer(request, &mut |message| {
+        answers.push(match message {
+            Message::Text(text) => (serde_json::from_str(&text).unwrap(), Vec::new()),
+            Message::Binary(bytes) => {
+                let end = 4 + u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                let floats = bytes[end..].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap()));
+                (serde_json::from_slice(&bytes[4..end]).unwrap(), floats.collect())
+            }
+        });
+        true
+    });
+    answers
+}
+
+fn solve(session: &mut Session, asked: Solve) -> (Value, Vec<f32>) {
+    ask(session, Request::Solve(Box::new(asked))).pop().unwrap()
+}
+
+fn pulls(pulls: &[(usize, f64)]) -> Solve {
+    let entry = |&(tube, pull)| ActuatorEntry { tube, pull_mm: Some(pull), ..ActuatorEntry::default() };
+    let scenario = Scenario { actuator: pulls.iter().map(entry).collect(), ..Scenario::default() };
+    Solve { scenario, ..Solve::default() }
+}
+
+fn tip(pose: &Value) -> [f64; 3] {
+    serde_json::from_value(pose["tip_mm"].clone()).unwrap()
+}
+
+/// Two sections: the outer pair ends at its joint, half-way along the inner one, whose last section is the tip.
+#[test]
+fn a_pose_says_where_tubes_end_and_are_joined() {
+    let (mut session, told) = session("two_sections");
+    let tubes: Vec<i64> =
+        told[0]["controls"].as_array().unwrap().iter().map(|c| c["tube"].as_i64().unwrap()).collect();
+    assert_eq!(tubes, [1, 2, 3, 4]);
+    let (pose, _) = solve(&mut session, pulls(&[(2, 3.0), (4, 2.0)]));
+    let last = pose["sections"].as_i64().unwrap() - 1;
+    let ends: Vec<i64> = serde_json::from_value(pose["ends"].clone()).unwrap();
+    assert!(ends[0] < last && ends[1] == ends[0] && ends[2] == last && ends[3] == last, "{ends:?}");
+    let joints: Vec<[i64; 2]> = serde_json::from_value(pose["joints"].clone()).unwrap();
+    assert_eq!(joints.iter().map(|j| j[1]).collect::<Vec<_>>(), [0, 2]);
+    assert!((joints[0][0] - ends[0]).abs() <= 1 && (joints[1][0] - last).abs() <= 1, "{joints:?}");
+    assert!(pose["error_mm"].as_f64().unwrap() < 1e-3 && pose["status"] == "converged");
+}
+
+/// The tip goes where the pointer is, from where the robot is, and the motors are told with it.
+#[test]
+fn the_tip_is_dragged() {
+    let (mut session, _) = session("two_sections");
+    let start = pulls(&[(2, 3.0), (4, 2.0)]);
+    let [x, y, z] = tip(&solve(&mut session, start.clone()).0);
+    let target = [x + 1.0, y + 1.0, z + 2.0];
+    let (dragged, _) = solve(&mut session, Solve { target_mm: Some(target), ..start });
+    let there = tip(&dragged);
+    assert!((0..3).all(|i| (there[i] - target[i]).abs() < 0.05), "{there:?} instead of {target:?}");
+    let entry = |a: &Value| ActuatorEntry {
+        tube: usize::try_from(a["tube"].as_u64().unwrap()).unwrap(),
+        pull_mm: a["pull_mm"].as_f64(),
+        rotate_deg: a["rotate_deg"].as_f64(),
+        ..ActuatorEntry::default()
+    };
+    let actuator = dragged["actuators"].as_array().unwrap().iter().map(entry).collect();
+    let again = Solve { scenario: Scenario { actuator, ..Scenario::default() }, ..Solve::default() };
+    let again = tip(&solve(&mut session, again).0);
+    assert!((0..3).all(|i| (there[i] - again[i]).abs() < 1e-4), "{there:?} {again:?}");
+}
+
+/// Beyond its tip a tube keeps its last values, and what is behind the plate lies along the axis.
+#[test]
+fn floats_have_every_tube_at_every_section() {
+    let (mut session, told) = session("concentric3");
+    let columns = told[0]["columns"].as_array().unwrap().len();
+    let (pose, floats) = solve(&mut session, pulls(&[(1, 120.0), (3, -10.0)]));
+    let sections = usize::try_from(pose["sections"].as_u64().unwrap()).unwrap();
+    assert_eq!(floats.len(), sections * 3 * columns);
+    assert_eq!((&pose["ends"][0], &pose["spine"]), (&Value::from(-1), &Value::from(2)));
+    let last = |tube: usize| &floats[(3 * (sections - 1) + tube) * columns..][..columns];
+    assert!((last(0)[0] - 120.0).abs() < 1e-4 && last(0)[1..4].iter().all(|v| v.abs() < 1e-6));
+    assert!((last(1)[0] - 140.0).abs() < 1e-4 && (last(2)[0] - 180.0).abs() < 1e-4);
+    let tip = tip(&pose);
+    let off =
+        |tube: usize| (0..3).map(|i| (f64::from(last(tube)[i + 1]) - tip[i]).powi(2)).sum::<f64>().sqrt();
+    assert!(off(2) < 1e-4 && off(1) > 10.0, "{} {}", off(2), off(1));
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_with_a_sentence() {
+    let (mut session, told) = session("uncut_ends");
+    assert_eq!(told.iter().filter(|m| m["kind"] == "mesh").count(), 4, "two bodies, each fine and coarse");
+    let mut refused = |asked: Solve, status: &str, fragment: &str| {
+        let (answer, _) = solve(&mut session, asked);
+        assert_eq!(
+            (&answer["kind"], &answer["status"]),
+            (&Value::from("refused"), &Value::from(status)),
+            "{answer}"
+        );
+        assert!(answer["reasons"].to_string().contains(fragment), "{answer}");
+    };
+    refused(pulls(&[(2, 200.0)]), "wrong", "behind the plate");
+    refused(pulls(&[(2, 100.0)]), "not_converged", "No equilibrium was found");
+    refused(pulls(&[(3, 1.0)]), "wrong", "there is no tube 3");
+    for text in [
+        "modes = \"planar\"",
+        "formulation = \"printed\"",
+        "refine = 2",
+        "rotation_means = \"relative_angle\"",
+    ] {
+        let scenario = Scenario::parse(text).unwrap();
+        refused(Solve { scenario, ..Solve::default() }, "wrong", "not for a robot with parts or joints");
+    }
+    let both = Scenario::parse("[[actuator]]\ntube = 1\npull_mm = 1\ntension_N = 1").unwrap();
+    refused(Solve { scenario: both, ..Solve::default() }, "wrong", "not both");
+    let cloud = Cloud { scenario: Scenario::default(), ranges: Vec::new(), count: 1 };
+    let (answer, _) = ask(&mut session, Request::Workspace(Box::new(cloud))).pop().unwrap();
+    assert!(answer["text"].as_str().unwrap().contains("cppr sweep"), "{answer}");
+}
