@@ -223,6 +223,7 @@ impl<'py> Reader<'py> {
             outline,
             pattern: self.pattern,
             teeth: TeethStiffness::Flexible,
+            contact: false,
             depth: self.profile(&format!("depth of {own}"), &get("depth")?)?,
             direction: self.direction(own, &get("opening")?)?,
             material: self.material(own, &get("material")?)?,
@@ -257,7 +258,13 @@ impl<'py> Reader<'py> {
                 format!("the allowable strain of {own} must be a positive part, such as 0.015"),
             );
         }
-        Ok(Material { youngs_modulus, poissons_ratio, density: scalar("density")?, allowable_strain })
+        Ok(Material {
+            youngs_modulus,
+            poissons_ratio,
+            density: scalar("density")?,
+            allowable_strain,
+            softening: None,
+        })
     }
 
     fn stiffness(&mut self, own: &str, tube: &Bound<'py, PyAny>) -> PyResult<StiffnessTube> {

@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         poissons_ratio: 0.4,
         density: 1010.0,
         allowable_strain: Some(0.02),
+        softening: None,
     };
     // The leader is a round tube with notches that get shallower towards the tip.
     let leader = NotchedTube {
@@ -29,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         direction: Profile::constant(0.0),
         pattern: None,
         teeth: TeethStiffness::Flexible,
+        contact: false,
         material: nylon,
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,

@@ -2,12 +2,14 @@
 
 use super::curve::{Piece, Values};
 use super::{Bundle, BundleTube, Shaft};
+use crate::design::metal::Metal;
 use crate::design::robot::{barycentric, chebyshev, misfit};
 use crate::design::{
     BelowPlate, CellFactors, DesignProblem, DesignProblems, JointProblem, NotchedTube, Outline, Profile,
     Robot, SectionError, StiffnessTube, Torsion, TubeDesign,
 };
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// One part of a tube, from base to tip.
 #[derive(Clone, Debug, PartialEq)]
@@ -249,6 +251,18 @@ fn body(
         return Err(vec![problem]);
     }
     check_fields(number, &pieces)?;
+    if let TubeDesign::Notched(t) = tube
+        && t.is_nonlinear()
+    {
+        let at = |error| vec![DesignProblem::Section { tube: number, x: from, error }];
+        for piece in &mut pieces {
+            if piece.uniform.is_none() {
+                return Err(at(SectionError::Varying));
+            }
+            let [_, bend_y, bend_z, _, axial, ..] = piece.table_at(piece.to);
+            piece.metal = Some(Arc::new(Metal::new(t, [axial, bend_y, bend_z]).map_err(at)?));
+        }
+    }
     for i in 1..pieces.len() {
         let smooth = pieces[i - 1].meets(&pieces[i]);
         pieces[i - 1].jumps = !smooth;

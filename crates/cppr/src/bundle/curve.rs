@@ -4,8 +4,10 @@
 //! the largest; where they do not, the piece is halved. So a series never leaves the range of what it interpolates by more than
 //! the tolerance of the fit, and a step of the design stays a step: it lies between two pieces.
 
+use crate::design::metal::Metal;
 use std::array::from_fn;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// How many fields a tube has besides its direction.
 pub(crate) const FIELDS: usize = 8;
@@ -60,6 +62,8 @@ pub(crate) struct Piece {
     linear: Option<[f64; 2]>,
     from: f64,
     series: Vec<Series>,
+    /// Where the section is not linear; such a piece is uniform.
+    pub metal: Option<Arc<Metal>>,
 }
 
 /// Chebyshev series of one field over [from, to] of its piece.
@@ -88,6 +92,7 @@ impl Piece {
             linear: Some([direction, twist]),
             from: anchor,
             series: Vec::new(),
+            metal: None,
         }
     }
 
@@ -111,6 +116,7 @@ impl Piece {
             linear: Some([direction, twist]),
             from: to,
             series: Vec::new(),
+            metal: self.metal.clone(),
         }
     }
 
@@ -245,5 +251,5 @@ fn fit_into(pieces: &mut Vec<Piece>, from: f64, to: f64, shortest: f64, field: &
         [value, slope] => Some([value - slope, 2.0 * slope / (to - from)]),
         _ => None,
     };
-    pieces.push(Piece { to, jumps: false, uniform, linear, from, series });
+    pieces.push(Piece { to, jumps: false, uniform, linear, from, series, metal: None });
 }

@@ -13,6 +13,7 @@ pub(crate) mod course;
 pub(crate) mod curve;
 mod flow;
 pub(crate) mod frame;
+mod metal;
 mod newton;
 mod number;
 mod prepared;

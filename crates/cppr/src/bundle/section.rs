@@ -18,7 +18,9 @@
 //! Slopes of G are the equations of the bundle (Hamilton's): x' = ∂G/∂T, T' = −∂G/∂x, α' = −∂G/∂π, π' = ∂G/∂α.
 
 use super::curve::{FIELDS, Piece};
+use super::metal::{balanced, slopes};
 use super::number::{Dual, Field, Number};
+use crate::design::metal::Metal;
 use std::ops::{Add, Mul, Sub};
 
 /// State of one tube at a section.
@@ -93,12 +95,12 @@ pub(crate) struct Tube<'a> {
     cos: f64,
     direction: [f64; 3],
     /// For the search of ω: fields and shares in plain numbers.
-    plain: Plain,
+    plain: Plain<'a>,
 }
 
 /// The plain numbers of a tube that ω depends on.
 #[derive(Clone, Copy, Debug)]
-struct Plain {
+struct Plain<'a> {
     sin: f64,
     cos: f64,
     offset: f64,
@@ -107,9 +109,11 @@ struct Plain {
     /// P, with EA where stretch is asked for.
     push: f64,
     axial: Option<f64>,
+    /// Where the section is not linear, with Q.
+    metal: Option<(&'a Metal, f64)>,
 }
 
-impl Plain {
+impl Plain<'_> {
     /// Slopes and second slopes of E by (w_Y, w_Z), in the untwisted frame: (y, z, yy, yz, zz).
     #[inline]
     fn slopes(&self, omega: [f64; 2]) -> Option<[f64; 5]> {
@@ -117,6 +121,12 @@ impl Plain {
         let (wy, wz) = (omega[0] * c + omega[1] * s, omega[1] * c - omega[0] * s);
         let h = 1.0 - self.offset * wz;
         let [ey, ez] = self.bend;
+        if let Some((metal, pull)) = self.metal {
+            let (c, s) = (self.cos, self.sin);
+            let bent = (h > LEAST_RATE).then_some([h, wy, wz])?;
+            let [a, b, yy, yz, zz] = slopes(metal, bent, self.rest, pull, self.offset)?;
+            return Some(turned([a, b, yy, yz, zz], [s, c]));
+        }
         let square = ey * wy * wy + ez * wz * wz;
         let (a, b, yy, yz, zz);
         match self.axial {
@@ -147,14 +157,20 @@ impl Plain {
                 zz = i * (ez + ea * d * d - qz * qz / q);
             }
         }
-        Some([
-            a * c - b * s,
-            a * s + b * c,
-            yy * c * c - 2.0 * yz * c * s + zz * s * s,
-            (yy - zz) * c * s + yz * (c * c - s * s),
-            yy * s * s + 2.0 * yz * c * s + zz * c * c,
-        ])
+        Some(turned([a, b, yy, yz, zz], [s, c]))
     }
+}
+
+/// Slopes and second slopes by (w_Y, w_Z), in the untwisted frame; sine and cosine of ψ.
+#[inline]
+fn turned([a, b, yy, yz, zz]: [f64; 5], [s, c]: [f64; 2]) -> [f64; 5] {
+    [
+        a * c - b * s,
+        a * s + b * c,
+        yy * c * c - 2.0 * yz * c * s + zz * s * s,
+        (yy - zz) * c * s + yz * (c * c - s * s),
+        yy * s * s + 2.0 * yz * c * s + zz * c * c,
+    ]
 }
 
 /// Shortest centroid line per centreline length; below, the tube would be crushed.
@@ -268,6 +284,10 @@ impl<'a> Tube<'a> {
             rest,
             push,
             axial: stretch.then_some(f.axial),
+            metal: piece
+                .metal
+                .as_deref()
+                .map(|metal| (metal, tension / h0 - 0.5 * torque * torque / f.torsion)),
         };
         Self { piece, state, weight, sin, cos, direction, plain }
     }
@@ -344,7 +364,12 @@ impl<'a> Tube<'a> {
         let square = wy * wy * f.bend_y + wz * wz * f.bend_z;
         let rest = f.bend_y * ky * ky + f.bend_z * kz * kz;
         let push = pull * inverse_h0 * 2.0 - turned + rest;
-        let (g, line) = if self.plain.axial.is_some() {
+        let metal = self.plain.metal.map(|(metal, _)| {
+            balanced(metal, [h, wy, wz], [one * ky, one * kz], pull * inverse_h0 - turned * 0.5)
+        });
+        let (g, line) = if let Some(found) = &metal {
+            (found.length, found.efforts[0])
+        } else if self.plain.axial.is_some() {
             let g = ((square + h * h * f.axial) / (push + f.axial)).sqrt();
             (g, (h / g - 1.0) * f.axial)
         } else {
@@ -354,10 +379,15 @@ impl<'a> Tube<'a> {
         let inverse = one / g;
         // Curvature strains, and the moments that they make.
         let (by, bz) = (wy * inverse - ky, wz * inverse - kz);
-        let moment_y = by * f.bend_y;
-        let moment_z = bz * f.bend_z - line * f.offset;
-        let mut energy = (square * inverse + g * push) * 0.5 - wy * (f.bend_y * ky) - wz * (f.bend_z * kz);
-        if self.plain.axial.is_some() {
+        let [moment_y, about_z] = metal
+            .as_ref()
+            .map_or([by * f.bend_y, bz * f.bend_z], |found| [found.efforts[1], found.efforts[2]]);
+        let moment_z = about_z - line * f.offset;
+        let mut energy = match &metal {
+            Some(found) => found.energy,
+            None => (square * inverse + g * push) * 0.5 - wy * (f.bend_y * ky) - wz * (f.bend_z * kz),
+        };
+        if self.plain.axial.is_some() && metal.is_none() {
             let gap = h - g;
             energy += gap * gap * inverse * f.axial * 0.5;
         }

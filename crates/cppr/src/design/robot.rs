@@ -396,6 +396,9 @@ fn sample_notched(
     let depths: Vec<f64> = abscissae.iter().map(|&x| tube.depth.eval(x, length)[0]).collect();
     let directions: Vec<f64> = abscissae.iter().map(|&x| tube.direction.eval(x, length)[0]).collect();
     let at = |x: f64| move |error| vec![DesignProblem::Section { tube: number, x, error }];
+    if tube.is_nonlinear() {
+        return Err(at(0.0)(SectionError::NotLinear));
+    }
     let Material { e, g, mu } = Material::of(tube);
     let constant = torsion_constants(tube, &depths).map_err(at(0.0))?;
     let mut samples = Vec::with_capacity(abscissae.len());

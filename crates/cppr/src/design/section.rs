@@ -113,6 +113,14 @@ pub enum SectionError {
     },
     /// The stiffness of the tube with its teeth is not known.
     Cells(CellProblem),
+    /// No rule of fibres is known for the shape.
+    Fibres,
+    /// The depth varies where the section is not linear.
+    Varying,
+    /// The section is not linear, which is computed for bundles.
+    NotLinear,
+    /// A second modulus or onset that no metal has.
+    Softening,
     /// The torsion problem is singular to working precision.
     Torsion {
         /// Depth of the notch (m).
@@ -149,6 +157,22 @@ impl fmt::Display for SectionError {
                 mm(limit)
             ),
             Self::Cells(problem) => problem.fmt(f),
+            Self::Fibres => write!(
+                f,
+                "metal that softens and teeth that meet are computed for round tubes; leave out its second modulus and contact"
+            ),
+            Self::Varying => write!(
+                f,
+                "metal that softens and teeth that meet are computed where depth and opening are constant; cut the tube into such parts"
+            ),
+            Self::NotLinear => write!(
+                f,
+                "metal that softens and teeth that meet are computed for bundles; make it a bundle, or leave out its second modulus and contact"
+            ),
+            Self::Softening => write!(
+                f,
+                "the material softens at a strain above zero to a modulus above zero and below Young's; give such numbers"
+            ),
             Self::Torsion { depth } => write!(
                 f,
                 "the torsion constant of the section notched {:.6} mm deep cannot be computed; \

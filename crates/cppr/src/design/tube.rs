@@ -3,7 +3,7 @@
 //! All values are SI. The rest abscissa x runs from the baseplate (x = 0) to the tip (x = L); angles
 //! are measured about the robot's axis from +Y towards +Z.
 
-use super::{Outline, Profile, TeethStiffness};
+use super::{Outline, Profile, Softening, TeethStiffness};
 
 /// Isotropic material of a tube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Material {
     pub density: f64,
     /// Greatest strain the material is to bear, tension or compression (-); `None` where the design sets none.
     pub allowable_strain: Option<f64>,
+    /// How it softens, where it does: computed for bundles of parts with constant depth.
+    pub softening: Option<Softening>,
 }
 
 impl Material {
@@ -90,6 +92,8 @@ pub struct NotchedTube {
     pub pattern: Option<NotchPattern>,
     /// What the teeth between the notches do to the stiffness.
     pub teeth: TeethStiffness,
+    /// Do teeth that meet carry load? Else they pass through each other, which limits report. Computed for bundles of parts with constant depth.
+    pub contact: bool,
     /// Material.
     pub material: Material,
     /// Torsional stiffness.

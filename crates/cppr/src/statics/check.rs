@@ -310,11 +310,13 @@ pub(super) fn test_robot() -> Robot {
         direction: Profile::linear(4.0, 4.4),
         pattern: None,
         teeth: TeethStiffness::Flexible,
+        contact: false,
         material: Material {
             youngs_modulus: 5e9,
             poissons_ratio: 0.35,
             density: 1240.0,
             allowable_strain: None,
+            softening: None,
         },
         torsion: Torsion::Polar,
         below: BelowPlate::Plain,

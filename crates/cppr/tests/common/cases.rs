@@ -50,6 +50,7 @@ fn design(random: &mut Random, seed: u64) -> RobotDesign {
         poissons_ratio: random.between(0.1, 0.4),
         density: [0.0, 1240.0, 6450.0][pick(random, 3) as usize],
         allowable_strain: chance(random, 0.7).then(|| decade(random, 5e-3, 0.1)),
+        softening: None,
     };
     let mut bore = length * random.between(0.02, 0.06);
     let mut tubes = Vec::new();
@@ -97,6 +98,7 @@ fn notched(
         direction: helix(random, direction),
         pattern: (cut && chance(random, 0.7)).then_some(pattern),
         teeth: TeethStiffness::Flexible,
+        contact: false,
         material,
         torsion: match pick(random, 4) {
             0 => Torsion::Polar,

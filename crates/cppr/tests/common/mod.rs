@@ -69,12 +69,14 @@ pub fn three_with_edges() -> Robot {
                 poissons_ratio: 0.35,
                 density: 1240.0,
                 allowable_strain: None,
+                softening: None,
             },
             torsion: Torsion::SaintVenant,
             below: BelowPlate::Plain,
             centroid_offset_factor: 1.0,
             pattern: None,
             teeth: TeethStiffness::Flexible,
+            contact: false,
         })
     };
     let tubes = vec![
@@ -102,11 +104,13 @@ pub fn prototype(name: &str, factor: f64, below: BelowPlate) -> Robot {
             direction: Profile::constant(direction),
             pattern: Some(NotchPattern { length: 5.0 * mm, tooth: 5.0 * mm, count: 15 }),
             teeth: TeethStiffness::Flexible,
+            contact: false,
             material: Material {
                 youngs_modulus: 5.39e9,
                 poissons_ratio: 0.35,
                 density: 1240.0,
                 allowable_strain: None,
+                softening: None,
             },
             torsion: Torsion::SaintVenant,
             below,
