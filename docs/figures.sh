@@ -9,6 +9,9 @@ cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --t
 cppr section robots/r3.toml --plot $figures/sections.svg
 cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
+for wrist in wrist150 wrist90; do
+    cargo run --release --quiet -p cppr-cli --example wrists -- robots/wrists/$wrist.toml robots/wrists/$wrist.csv 0.2 $figures/$wrist.svg
+done
 cppr continue robots/r3.toml --along load --to 2.5 --pull -5mm --tip-force -1,0,0N --branches --plot $figures/continuation.svg
 cppr match robots/r3.toml --points examples/shapes/r3.csv --plot $figures/match.svg
 bundles=robots/bundles

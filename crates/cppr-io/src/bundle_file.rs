@@ -7,6 +7,8 @@
 //! | the file | `length_mm` is that of tubes that say none |
 //! | `[[tube]]` | `length_mm`, `rest_curvature_1_m` (0), `rest_direction_deg` (0), unless it has parts |
 //! | `[[tube.part]]`, from base to tip | `length_mm`, `notches` or `stiffness` as a tube's (neither: uncut), `rest_curvature_1_m` (0), `rest_direction_deg` (0: towards +Y) |
+//! | `[material]` | `onset_strain_percent`, `second_modulus_GPa`, and under compression, where it differs, `compression_onset_strain_percent`, `compression_second_modulus_GPa` |
+//! | `[tube.notches]` | `contact` (false): teeth that meet carry load |
 //! | `[tube.shaft]` | `length_mm` of an uncut tube between motor and plate, or `axial_N_mm` and `torsional_Nmm_deg` |
 //! | `[[joint]]` | `tubes`, numbers from 1; `at_mm`, a label on each (their tips) |
 //!
@@ -14,7 +16,7 @@
 //! Along a part, abscissae count from the part's base. A first part of length 0 is what lies below the plate alone.
 
 use crate::cursor::Cursor;
-use crate::material::{Common, Written};
+use crate::material::{Common, SOFTENING, Written};
 use crate::notches::read_notches;
 use crate::problems::{Collector, Problems};
 use crate::profile_value::numbers;
@@ -30,9 +32,11 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 const KEYS: [&str; 6] = ["name", "length_mm", "material", "calibration", "tube", "joint"];
-const TUBE_KEYS: [&str; 12] = [
+const TUBE_KEYS: [&str; 14] = [
     "outer_radius_mm",
     "inner_radius_mm",
+    "outer_diameter_mm",
+    "inner_diameter_mm",
     "shape",
     "centroid_offset_factor",
     "material",
@@ -111,11 +115,21 @@ pub fn parse(text: &str) -> Result<BundleDesign, Problems> {
 
 /// Has the file a key that no robot of one length, joined at the tip, has?
 pub(crate) fn is_bundle(table: &DeTable<'_>) -> bool {
+    let has = |table: &DeTable<'_>, name: &str, keys: &[&str]| {
+        let inner = table.get(name).and_then(|value| value.get_ref().as_table());
+        inner.is_some_and(|inner| keys.iter().any(|key| inner.contains_key(*key)))
+    };
+    let softens = |table: &DeTable<'_>| has(table, "material", &SOFTENING);
     let marked = |tube: &DeValue<'_>| {
-        tube.as_table().is_some_and(|tube| MARKS.iter().any(|mark| tube.contains_key(*mark)))
+        tube.as_table().is_some_and(|tube| {
+            MARKS.iter().any(|mark| tube.contains_key(*mark))
+                || softens(tube)
+                || has(tube, "notches", &["contact"])
+        })
     };
     let tubes = table.get("tube").map(toml::Spanned::get_ref);
     table.contains_key("joint")
+        || softens(table)
         || tubes.is_some_and(marked)
         || tubes.and_then(DeValue::as_array).is_some_and(|t| t.iter().any(|item| marked(item.get_ref())))
 }

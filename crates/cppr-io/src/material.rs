@@ -2,17 +2,23 @@
 
 use crate::cursor::{Cursor, Field};
 use crate::problems::Collector;
-use crate::quantity::{DENSITY, MODULUS, POISSON, STRAIN, print};
-use cppr::design::Material;
+use crate::quantity::{DENSITY, MODULUS, ONSET, POISSON, STRAIN, print};
+use cppr::design::{Branch, Material, Softening};
 use std::ops::Range;
 
-const KEYS: [&str; 5] = [
+const KEYS: [&str; 9] = [
     "youngs_modulus_GPa",
     "poissons_ratio",
     "shear_modulus_GPa",
     "density_kg_m3",
     "allowable_strain_percent",
+    "onset_strain_percent",
+    "second_modulus_GPa",
+    "compression_onset_strain_percent",
+    "compression_second_modulus_GPa",
 ];
+/// Keys of a material that softens; the mechanics of bundles takes them.
+pub(crate) const SOFTENING: [&str; 4] = [KEYS[5], KEYS[6], KEYS[7], KEYS[8]];
 
 /// What one table says.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,6 +28,8 @@ pub(crate) struct Written {
     shear_modulus: Field,
     density: Field,
     allowable_strain: Field,
+    /// Onset and second modulus, under tension and under compression.
+    softening: [Field; 4],
 }
 
 impl Written {
@@ -36,6 +44,12 @@ impl Written {
             shear_modulus: cursor.field("shear_modulus_GPa", &MODULUS, out),
             density: cursor.field("density_kg_m3", &DENSITY, out),
             allowable_strain: cursor.field("allowable_strain_percent", &STRAIN, out),
+            softening: [
+                cursor.field(SOFTENING[0], &ONSET, out),
+                cursor.field(SOFTENING[1], &MODULUS, out),
+                cursor.field(SOFTENING[2], &ONSET, out),
+                cursor.field(SOFTENING[3], &MODULUS, out),
+            ],
         };
         if let (Some(ratio), Some(entry)) = (written.poissons_ratio.value, cursor.get("poissons_ratio"))
             && !(ratio > -1.0 && ratio < 0.5)
@@ -91,7 +105,55 @@ impl Common {
             Some(shear_modulus) => youngs_modulus / (2.0 * shear_modulus) - 1.0,
             None => shear.poissons_ratio.value?,
         };
-        Some(Material { youngs_modulus, poissons_ratio, density: density.value?, allowable_strain })
+        let softening = self.softening(own, youngs_modulus, out)?;
+        Some(Material {
+            youngs_modulus,
+            poissons_ratio,
+            density: density.value?,
+            allowable_strain,
+            softening,
+        })
+    }
+
+    /// How a tube's material softens, `Some(None)` where it does not. Compression is as tension where it is not said.
+    #[allow(clippy::option_option)] // The outer one is a problem.
+    fn softening(
+        &mut self,
+        own: &Written,
+        youngs_modulus: f64,
+        out: &mut Collector,
+    ) -> Option<Option<Softening>> {
+        let [onset, modulus, other_onset, other_modulus]: [Field; 4] = std::array::from_fn(|i| {
+            if own.softening[i].present { own.softening[i] } else { self.written.softening[i] }
+        });
+        if ![onset, modulus, other_onset, other_modulus].iter().any(|field| field.present) {
+            return Some(None);
+        }
+        self.need(onset.present, SOFTENING[0], "Write onset_strain_percent = 1.5.", out);
+        self.need(modulus.present, SOFTENING[1], "Write second_modulus_GPa = 3.2.", out);
+        let tension = Branch { onset: onset.value?, modulus: modulus.value? };
+        let as_tension = |field: Field, tension: f64| if field.present { field.value } else { Some(tension) };
+        let compression = Branch {
+            onset: as_tension(other_onset, tension.onset)?,
+            modulus: as_tension(other_modulus, tension.modulus)?,
+        };
+        for (branch, key) in [(tension, SOFTENING[1]), (compression, SOFTENING[3])] {
+            if branch.modulus > youngs_modulus {
+                let message = format!(
+                    "a metal softens, and {} GPa is more than its Young's modulus",
+                    print(branch.modulus * 1e-9)
+                );
+                let key = format!("material.{key}");
+                out.wrong(
+                    self.span.clone(),
+                    key,
+                    message,
+                    "Write the slope beyond the onset, below Young's modulus.",
+                );
+                return None;
+            }
+        }
+        Some(Some(Softening { tension, compression }))
     }
 
     /// Reports a key that no table gives, once per file.

@@ -12,7 +12,7 @@ use crate::teeth::{Teeth, read_teeth};
 use cppr::design::{BelowPlate, Outline, Profile, Torsion};
 use toml::de::DeValue;
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "depth_mm",
     "length_mm",
     "tooth_mm",
@@ -24,6 +24,7 @@ const KEYS: [&str; 11] = [
     "teeth",
     "cut",
     "corner_radius_mm",
+    "contact",
 ];
 /// Most notches of a tube.
 const MOST: u32 = 10_000;
@@ -42,6 +43,7 @@ pub(crate) struct Notches {
     pub below: BelowPlate,
     pub pattern: Option<NotchPattern>,
     pub teeth: Teeth,
+    pub contact: bool,
 }
 
 /// Reads the notches of tube `tube` (from 1). `length` (m) and `outline` may be unknown after a problem.
@@ -66,6 +68,7 @@ pub(crate) fn read_notches(
     let middles = pattern.as_ref().map(NotchPattern::middles).unwrap_or_default();
     let torsion = read_torsion(&cursor, length, out);
     let teeth = read_teeth(&cursor, pattern.is_some(), out);
+    let contact = read_contact(&cursor, out);
     let below = match cursor.get("below_plate").map(|entry| entry.word(&["plain", "continued"], out)) {
         Some(Some("continued")) => BelowPlate::Continued,
         _ => BelowPlate::Plain,
@@ -81,7 +84,34 @@ pub(crate) fn read_notches(
         Some(profile)
     });
     let direction = if fits { direction.build(&middles, out) } else { None };
-    Some(Notches { depth: depth?, direction: direction?, torsion: torsion?, below, pattern, teeth: teeth? })
+    Some(Notches {
+        depth: depth?,
+        direction: direction?,
+        torsion: torsion?,
+        below,
+        pattern,
+        teeth: teeth?,
+        contact: contact?,
+    })
+}
+
+/// Do teeth that meet carry load?
+fn read_contact(cursor: &Cursor<'_, '_>, out: &mut Collector) -> Option<bool> {
+    let Some(entry) = cursor.get("contact") else { return Some(false) };
+    let DeValue::Boolean(contact) = entry.value else {
+        entry.wrong(
+            "this is neither true nor false",
+            "Write contact = true: teeth that meet carry load.",
+            out,
+        );
+        return None;
+    };
+    if *contact && !(cursor.has("length_mm") && cursor.has("tooth_mm")) {
+        let message = "where teeth meet follows from the lengths of notch and tooth";
+        out.missing(entry.span, entry.key, message, "Write length_mm and tooth_mm beside it.");
+        return None;
+    }
+    Some(*contact)
 }
 
 /// Length, tooth and number of the notches; they must be there when `lists` give one value per notch.

@@ -106,6 +106,15 @@ quantity!(
     "Is it in another unit? A strain of 0.015 is 1.5 percent.",
     "1.5"
 );
+quantity!(
+    ONSET,
+    "the strain at which a metal softens",
+    PERCENT,
+    POSITIVE,
+    0.05..50.0,
+    "Is it in another unit? A strain of 0.015 is 1.5 percent.",
+    "1.5"
+);
 quantity!(POISSON, "Poisson's ratio", NONE, Sign::Any, 1e-300..1e300, "", "0.35");
 quantity!(STIFFNESS, "a stiffness", NMM2, POSITIVE, 1e-6..1e15, STIFFNESS_SLIP, "1783");
 quantity!(

@@ -146,8 +146,8 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
     parse_as(text, |table, out| {
         if is_bundle(table) {
             Err(Problems::of_file(
-                "the file has joints, parts, shafts, or tubes with a length or a rest curvature of their own, \
-                 which this command does not take yet",
+                "the file has joints, parts, shafts, metal that softens, teeth in contact, or tubes with a length or a rest \
+                 curvature of their own, which this command does not take yet",
                 "`cppr solve`, `check`, `sweep`, `derivatives`, `export` and `view` take it; in Python cppr.Bundle does.",
             ))
         } else {

@@ -7,8 +7,8 @@ use crate::problems::Problems;
 use crate::quantity::{self, Unit};
 use crate::robot_file;
 use cppr::design::{
-    BelowPlate, CellTable, Cut, Made, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign,
-    StiffnessTube, TeethStiffness, Torsion, TubeDesign,
+    BelowPlate, Branch, CellTable, Cut, Made, Material, NotchPattern, NotchedTube, Outline, Profile,
+    RobotDesign, Softening, StiffnessTube, TeethStiffness, Torsion, TubeDesign,
 };
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -65,7 +65,7 @@ fn factor_of(tube: &TubeDesign) -> f64 {
 }
 
 fn material_table(header: &str, material: &Material) -> String {
-    let Material { youngs_modulus, poissons_ratio, density, allowable_strain } = *material;
+    let Material { youngs_modulus, poissons_ratio, density, allowable_strain, softening } = *material;
     let modulus = number(youngs_modulus, quantity::GPA, 1.0);
     let mut text = format!("\n[{header}]\nyoungs_modulus_GPa = {modulus}\n");
     // A shear modulus of its own may stand for a ratio that no isotropic material has.
@@ -77,6 +77,12 @@ fn material_table(header: &str, material: &Material) -> String {
     let _ = writeln!(text, "density_kg_m3 = {density:?}");
     if let Some(strain) = allowable_strain {
         let _ = writeln!(text, "allowable_strain_percent = {}", number(strain, quantity::PERCENT, 1.0));
+    }
+    if let Some(Softening { tension, compression }) = softening {
+        for (side, Branch { onset, modulus }) in [("", tension), ("compression_", compression)] {
+            let _ = writeln!(text, "{side}onset_strain_percent = {}", number(onset, quantity::PERCENT, 1.0));
+            let _ = writeln!(text, "{side}second_modulus_GPa = {}", number(modulus, quantity::GPA, 1.0));
+        }
     }
     text
 }
@@ -96,6 +102,7 @@ fn notched(
         direction,
         pattern,
         teeth,
+        contact,
         material: _,
         torsion,
         below,
@@ -150,6 +157,9 @@ fn notched(
     }
     if *below == BelowPlate::Continued {
         text += "below_plate = \"continued\"\n";
+    }
+    if *contact {
+        text += "contact = true\n";
     }
     match teeth {
         TeethStiffness::Flexible => {}

@@ -187,6 +187,7 @@ pub(crate) fn notched(
         direction: notches.direction,
         pattern: notches.pattern,
         teeth: TeethStiffness::Flexible,
+        contact: notches.contact,
         material,
         torsion: notches.torsion,
         below: notches.below,
@@ -206,6 +207,7 @@ pub(crate) fn uncut(number: usize) -> Notches {
         below: BelowPlate::Plain,
         pattern: None,
         teeth: Teeth::Flexible,
+        contact: false,
     }
 }
 

@@ -9,8 +9,13 @@ use cppr_io::{NotchPattern, RobotFile, robot_file, robot_text};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-const PLA: Material =
-    Material { youngs_modulus: 5.39e9, poissons_ratio: 0.35, density: 1240.0, allowable_strain: Some(0.015) };
+const PLA: Material = Material {
+    youngs_modulus: 5.39e9,
+    poissons_ratio: 0.35,
+    density: 1240.0,
+    allowable_strain: Some(0.015),
+    softening: None,
+};
 const PATTERN: NotchPattern = NotchPattern { length: 0.005, tooth: 0.005, count: 15 };
 
 fn shipped(name: &str) -> RobotFile {
@@ -30,6 +35,7 @@ fn planar(outer: f64, inner: f64, depth: Profile, direction: f64, factor: f64) -
         direction: Profile::constant(direction),
         pattern: Some(PATTERN),
         teeth: TeethStiffness::Flexible,
+        contact: false,
         material: PLA,
         torsion: Torsion::SaintVenant,
         below: BelowPlate::Plain,
@@ -215,11 +221,23 @@ fn shapes_materials_and_factors_of_single_tubes() {
     assert_eq!(second.outline, Outline::Polygon { sides: 6, outer_apothem: 0.0025, inner_apothem: 0.0 });
     assert_eq!(
         first.material,
-        Material { youngs_modulus: 1e9, poissons_ratio: 0.3, density: 0.0, allowable_strain: None }
+        Material {
+            youngs_modulus: 1e9,
+            poissons_ratio: 0.3,
+            density: 0.0,
+            allowable_strain: None,
+            softening: None
+        }
     );
     assert_eq!(
         second.material,
-        Material { youngs_modulus: 1e9, poissons_ratio: 0.0, density: 8000.0, allowable_strain: None }
+        Material {
+            youngs_modulus: 1e9,
+            poissons_ratio: 0.0,
+            density: 8000.0,
+            allowable_strain: None,
+            softening: None
+        }
     );
     assert_eq!(first.centroid_offset_factor.to_bits(), 1.1_f64.to_bits());
     assert_eq!(second.centroid_offset_factor.to_bits(), 1.2_f64.to_bits());

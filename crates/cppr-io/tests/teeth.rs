@@ -5,7 +5,7 @@ use cppr::Vector3;
 use cppr::bundle::Bundle;
 use cppr::bundle::solve::{BundleCommand, BundleSolver};
 use cppr::design::{FieldValues, Outline, Robot};
-use cppr::statics::Loads;
+use cppr::statics::{Loads, Wrench};
 use cppr_io::{bundle_file, robot_file, robot_text};
 
 fn text(notches: &str) -> String {
@@ -108,4 +108,60 @@ fn teeth_are_written_as_they_are_read() {
         let written = robot_text::write(&design).unwrap();
         assert_eq!(robot_file::parse(&written).unwrap().design, design, "{written}");
     }
+}
+
+/// A rod of 1 mm radius, 50 mm long, of E = 40 GPa that softens at 1 % to 4 GPa.
+const ROD: &str = "name = \"rod\"\nlength_mm = 50.0\n\n[material]\nyoungs_modulus_GPa = 40\npoissons_ratio = 0.33\n\
+                   density_kg_m3 = 6450\nonset_strain_percent = 1.0\nsecond_modulus_GPa = 4.0\n\n\
+                   [[tube]]\nouter_diameter_mm = 2.0\ninner_diameter_mm = 0.0\n";
+
+/// The angle (rad) by which the tip of a bundle turns about Z under a moment (N m) there.
+fn turned(text: &str, moment: f64) -> f64 {
+    let design = bundle_file::parse(text).unwrap_or_else(|problems| panic!("{problems}"));
+    let bundle = Bundle::new(&design).unwrap();
+    let mut solver = BundleSolver::new(&bundle);
+    let wrenches = vec![Wrench::tip_moment(Vector3::new(0.0, 0.0, moment))];
+    let loads = Loads { wrenches, ..Loads::none() };
+    let found = solver.solve(&BundleCommand { loads, ..solver.held() });
+    assert!(found.converged);
+    found.frame[(1, 0)].atan2(found.frame[(0, 0)])
+}
+
+/// Bent to the curvature κ, a round rod bears E_2 I κ and (E − E_2) times what an ideally plastic one would.
+#[test]
+fn a_rod_that_softens_bends_as_plasticity_says() {
+    let (radius, onset, curvature) = (1e-3_f64, 0.01, 50.0);
+    let elastic = onset / curvature;
+    let root = (radius * radius - elastic * elastic).sqrt();
+    let core = radius.powi(4) / 8.0 * (elastic / radius).asin()
+        - elastic / 8.0 * (radius * radius - 2.0 * elastic * elastic) * root;
+    let plastic = 4.0 * (curvature * core + onset * root.powi(3) / 3.0);
+    let inertia = std::f64::consts::PI / 4.0 * radius.powi(4);
+    let moment = 4e9 * inertia * curvature + 36e9 * plastic;
+    assert!(moment < 0.6 * 40e9 * inertia * curvature, "it hardly softens");
+    let found = turned(ROD, moment);
+    assert!((found / (curvature * 0.05) - 1.0).abs() < 2e-3, "{found}");
+    assert!((turned(ROD, 0.3 * onset * 40e9 * inertia / radius) - 0.3 * onset / radius * 0.05).abs() < 1e-9);
+}
+
+/// Teeth that meet stop a wrist near the angle at which they touch, ℓ/(ρ̄ + D) a notch.
+#[test]
+fn teeth_that_meet_carry_load() {
+    let text = |contact: bool| {
+        format!(
+            "name = \"wrist\"\nlength_mm = 10.0\n\n[material]\nyoungs_modulus_GPa = 40\npoissons_ratio = 0.33\n\
+             density_kg_m3 = 6450\n\n[[tube]]\nouter_diameter_mm = 1.62\ninner_diameter_mm = 1.4\n\n[tube.notches]\n\
+             depth_mm = 1.4\nlength_mm = 0.8\ntooth_mm = 1.2\ncontact = {contact}\n"
+        )
+    };
+    assert!(robot_file::parse(&text(true)).is_err() && robot_file::parse(&text(false)).is_err());
+    let outline = Outline::Round { outer_radius: 0.81e-3, inner_radius: 0.7e-3 };
+    let section = outline.inertia(1.4e-3).unwrap();
+    // The leader's notches open towards −Y, and a negative moment closes them.
+    let touch = 5.0 * 0.8e-3 / (0.81e-3 + section.centroid_offset);
+    let moment = -touch / 10e-3 * 40e9 * section.inertia_z;
+    let near = turned(&text(true), 0.9 * moment);
+    assert!((near / (-0.9 * touch) - 1.0).abs() < 1e-6, "{near} {touch}");
+    let beyond = turned(&text(true), 1.1 * moment);
+    assert!(beyond < -touch && beyond > -1.01 * touch, "{beyond} {touch}");
 }
