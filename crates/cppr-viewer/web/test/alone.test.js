@@ -40,11 +40,13 @@ test("the book leads to the page and fetches nothing", async () => {
   await page.close();
 });
 
-test("a robot of parts and joints is refused with a sentence", async () => {
-  const { page } = await open(chrome.context, address);
+test("takes a robot of parts and joints", async () => {
+  const { page, errors } = await open(chrome.context, address);
   await drop(page, "two_sections.toml", readFileSync(join(root, "robots/bundles/two_sections.toml"), "utf8"));
-  await page.getByRole("dialog").getByText("joints, parts, shafts").waitFor();
-  assert.equal(await page.title(), "R1 – cppr");
+  await eventually(() => page.evaluate(() => cppr.store.robot?.name === "Two sections" && cppr.source.idle), "the dropped robot is shown");
+  await set(page, "s.actuator.find((a) => a.tube === 2).pull_mm = 3");
+  near(await settled(page), tipOf(solve("robots/bundles/two_sections.toml", "--pull", "2=3mm")), 1e-4);
+  assert.deepEqual(grave(errors), []);
   await page.close();
 });
 
