@@ -2,18 +2,22 @@
 
 use crate::Failure;
 use crate::bundle_figure;
-use crate::command::{thread_has_direction, unsound};
+use crate::command::{CommandArgs, thread_has_direction, unsound};
+use crate::exceeded::Exceeded;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::scenario;
 use crate::solve::Args;
 use crate::table::{counted, millimetres, plain};
+use cppr::analysis::{BundleAnalysis, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
 use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft};
 use cppr::kinematics::TipPose;
+use cppr_plot::Figure;
 use cppr_sweep::load_behind_plate;
 use serde_json::{Value, json};
 use std::fmt::Write;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Errors below this part of the length are what is promised.
@@ -23,16 +27,16 @@ const SMOOTH: f64 = 200.0;
 
 /// Solves, prints, writes.
 pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), Failure> {
-    let (command, stretch) = match &args.scenario {
-        Some(path) => scenario::bundle_command(path, design)?,
-        None => args.command.bundle_command(design)?,
+    let Ready { bundle, command, stretch } = match &args.scenario {
+        Some(path) => Ready::with(scenario::bundle_command(path, design)?, &args.robot, design)?,
+        None => Ready::new(&args.command, &args.robot, design)?,
     };
-    let bundle = Bundle::new(design).map_err(|problems| unsound(&args.robot, &problems))?;
-    check(design, &bundle, &command, stretch)?;
-    let mut solver = BundleSolver::new(&bundle).with_stretch(stretch);
+    let mut analysis = BundleAnalysis::new(BundleSolver::new(&bundle).with_stretch(stretch), design);
     let start = Instant::now();
-    let found = solver.solve(&command);
+    let found = analysis.solver.solve(&command);
     let time = start.elapsed();
+    let exceeded = Exceeded::of_bundle(&mut analysis, &found, Teeth::Rigid);
+    let solver = &mut analysis.solver;
     check_loads(&command, &found)?;
     let shape = if found.converged {
         solver.shape(&found, found.length / f64::from(args.samples - 1))
@@ -40,7 +44,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         Vec::new()
     };
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", record(design, &found, &shape)))?;
+        write_or_print(path, &format!("{:#}\n", record(design, &found, exceeded.as_ref(), &shape)))?;
     }
     if !found.converged || shape.is_empty() {
         return Err(no_equilibrium(&design.name));
@@ -49,15 +53,53 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     if let Some(path) = outputs.csv {
         write_or_print(path, &csv(design, &shape))?;
     }
-    outputs.draw(|| {
-        let spacing = found.length / SMOOTH.max(f64::from(args.samples - 1));
-        let pose = solver.shape(&found, spacing);
-        let held = solver.held();
-        let rest = solver.solve(&held);
-        let rest = if rest.converged { solver.shape(&rest, spacing) } else { Vec::new() };
-        bundle_figure::draw(design, &found, &command, &pose, &rest)
-    })?;
-    outputs.report(&table(design, &bundle, &found, time))
+    outputs.draw(|| marked(&mut analysis, &found, None))?;
+    outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), time))
+}
+
+/// A bundle, and what is asked of it.
+pub struct Ready {
+    pub bundle: Bundle,
+    pub command: BundleCommand,
+    pub stretch: bool,
+}
+
+impl Ready {
+    /// Builds and checks.
+    pub fn new(args: &CommandArgs, robot: &Path, design: &BundleDesign) -> Result<Self, Failure> {
+        Self::with(args.bundle_command(design)?, robot, design)
+    }
+
+    /// The same for a command, and whether tubes may stretch.
+    fn with(
+        (command, stretch): (BundleCommand, bool),
+        robot: &Path,
+        design: &BundleDesign,
+    ) -> Result<Self, Failure> {
+        let bundle = Bundle::new(design).map_err(|problems| unsound(robot, &problems))?;
+        check(design, &bundle, &command, stretch)?;
+        Ok(Self { bundle, command, stretch })
+    }
+
+    /// What it can be asked.
+    pub fn analysis<'a>(&'a self, design: &'a BundleDesign) -> BundleAnalysis<'a> {
+        BundleAnalysis::new(BundleSolver::new(&self.bundle).with_stretch(self.stretch), design)
+    }
+}
+
+/// The figure of a pose and marks, over the robot at rest.
+pub fn marked(
+    analysis: &mut BundleAnalysis,
+    found: &BundleEquilibrium,
+    marks: Option<(&str, Vec<[f64; 3]>)>,
+) -> Result<Figure, Failure> {
+    let design = analysis.design();
+    let solver = &mut analysis.solver;
+    let spacing = found.length / SMOOTH;
+    let pose = solver.shape(found, spacing);
+    let rest = solver.rest().cloned();
+    let rest = rest.map_or(Vec::new(), |rest| solver.shape(&rest, spacing));
+    bundle_figure::draw(design, found, found.command(), &pose, &rest, marks)
 }
 
 /// That a solve found nothing.
@@ -110,16 +152,18 @@ fn motor(shaft: Shaft, at: &TubeEffort) -> [f64; 2] {
     [at.label + at.force / shaft.axial, at.rotation + at.torque / shaft.torsional]
 }
 
-/// The status in words: the sign of a determinant does not see two eigenvalues that change theirs together.
+/// The status in words.
 pub fn status(found: &BundleEquilibrium) -> &'static str {
-    if found.stable {
-        "converged, stable unless two eigenvalues changed sign together"
-    } else {
-        "converged, unstable or beyond a snap from rest"
-    }
+    if found.stable { "converged, stable" } else { "converged, unstable" }
 }
 
-fn table(design: &BundleDesign, bundle: &Bundle, found: &BundleEquilibrium, time: Duration) -> String {
+fn table(
+    design: &BundleDesign,
+    bundle: &Bundle,
+    found: &BundleEquilibrium,
+    exceeded: Option<&Exceeded>,
+    time: Duration,
+) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<22}{value}");
@@ -156,6 +200,9 @@ fn table(design: &BundleDesign, bundle: &Bundle, found: &BundleEquilibrium, time
     if !found.stable {
         line("warning", "a real robot may be in another shape; approach this one in small steps".into());
     }
+    if let Some(exceeded) = exceeded {
+        line("beyond limits", exceeded.text());
+    }
     let promised = PROMISED * bundle.length();
     if tip.is_nan() || tip > promised {
         line("warning", format!("the tip is not known to within {} mm", plain(promised * 1e3, 3)));
@@ -170,7 +217,12 @@ pub fn bend(found: &BundleEquilibrium) -> f64 {
     direction.y.hypot(direction.z).atan2(direction.x)
 }
 
-fn record(design: &BundleDesign, found: &BundleEquilibrium, shape: &[BundleSection]) -> Value {
+fn record(
+    design: &BundleDesign,
+    found: &BundleEquilibrium,
+    exceeded: Option<&Exceeded>,
+    shape: &[BundleSection],
+) -> Value {
     let head = json!({
         "schema": "cppr/bundle", "schema_version": 1, "cppr_version": env!("CARGO_PKG_VERSION"),
         "robot": { "name": design.name, "tubes": design.tubes.len() },
@@ -216,6 +268,7 @@ fn record(design: &BundleDesign, found: &BundleEquilibrium, shape: &[BundleSecti
     });
     if let (Value::Object(whole), Value::Object(solution)) = (&mut whole, solution) {
         whole.extend(solution);
+        whole.extend(exceeded.map(|own| ("limit_exceeded".to_owned(), own.json())));
     }
     whole
 }

@@ -1,16 +1,14 @@
 //! `cppr derivatives` for bundles: how the tip answers to every motor.
 
 use crate::Failure;
-use crate::bundle::{check, no_equilibrium, status};
-use crate::command::unsound;
+use crate::bundle::{Ready, no_equilibrium, status};
 use crate::derivatives::Args;
 use crate::free::name;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::table::plain;
-use cppr::bundle::solve::{BundleCommand, BundleSolver};
-use cppr::bundle::{Bundle, BundleDesign};
-use cppr::solve::{Freedom, Input};
+use cppr::bundle::BundleDesign;
+use cppr::bundle::solve::BundleSolver;
 use serde_json::json;
 use std::fmt::Write;
 
@@ -21,24 +19,29 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
             "--by is not yet for a robot with parts or joints; leave it away, or solve at two values".into(),
         ));
     }
-    let (command, stretch) = args.command.bundle_command(design)?;
-    let bundle = Bundle::new(design).map_err(|problems| unsound(&args.robot, &problems))?;
-    check(design, &bundle, &command, stretch)?;
+    let Ready { bundle, command, stretch } = Ready::new(&args.command, &args.robot, design)?;
     let mut solver = BundleSolver::new(&bundle).with_stretch(stretch);
     let found = solver.solve(&command);
     if !found.converged {
         return Err(no_equilibrium(&design.name));
     }
-    let jacobian = solver.tip_jacobian(&found).ok_or_else(|| {
+    let exact = solver.sensitivity(&found).ok_or_else(|| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
     })?;
-    let inputs = inputs(&command);
+    let (inputs, jacobian) = (&exact.inputs, &exact.tip_jacobian);
     if let Some(path) = outputs.json {
-        let rows: Vec<Vec<f64>> = jacobian.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let m = inputs.len();
+        let rows = |rows: usize, columns: usize, at: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+            (0..rows).map(|r| (0..columns).map(|c| at(r, c)).collect()).collect()
+        };
         let inputs = inputs.iter().map(|i| json!({ "tube": i.tube, "actuator": i.quantity().keyword }));
         let whole = json!({
             "schema": "cppr/bundle-derivatives", "schema_version": 1, "robot": design.name,
-            "inputs": inputs.collect::<Vec<_>>(), "tip_jacobian": rows,
+            "inputs": inputs.collect::<Vec<_>>(), "tip_jacobian": rows(6, m, &|r, c| jacobian[(r, c)]),
+            "tip_jacobian_body": rows(6, m, &|r, c| exact.tip_jacobian_body[(r, c)]),
+            "response": rows(m, m, &|r, c| exact.response[(r, c)]),
+            "tip_compliance": rows(6, 6, &|r, c| exact.compliance[(r, c)]),
+            "response_by_wrench": rows(m, 6, &|r, c| exact.response_by_wrench[(r, c)]),
         });
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
@@ -59,13 +62,4 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         text.push('\n');
     }
     outputs.report(&text)
-}
-
-/// What is prescribed of every tube, in the order of the Jacobian's columns.
-fn inputs(command: &BundleCommand) -> Vec<Input> {
-    let own = |(index, drive): (usize, &cppr::bundle::solve::TubeDrive)| {
-        [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
-            .map(|(freedom, told)| Input { tube: index + 1, freedom, is_motion: told.is_motion() })
-    };
-    command.drives.iter().enumerate().flat_map(own).collect()
 }

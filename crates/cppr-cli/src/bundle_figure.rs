@@ -18,8 +18,10 @@ pub fn draw(
     command: &BundleCommand,
     pose: &[BundleSection],
     rest: &[BundleSection],
+    marks: Option<(&str, Vec<[f64; 3]>)>,
 ) -> Result<Figure, Failure> {
     let joints = Marks { name: "joint".into(), points: joints(design, pose) };
+    let others = marks.map(|(name, points)| Marks { name: name.into(), points });
     let input = ShapeInput {
         title: title(design, command),
         poses: vec![Pose {
@@ -28,14 +30,14 @@ pub fn draw(
             forces: forces(found, command, pose),
         }],
         rest: lines(design, rest),
-        marks: if joints.points.is_empty() { Vec::new() } else { vec![joints] },
+        marks: std::iter::once(joints).chain(others).filter(|marks| !marks.points.is_empty()).collect(),
         ..ShapeInput::default()
     };
     shape_figure(&input).map_err(|e| plot_failure(&e))
 }
 
 /// Name and actuation.
-fn title(design: &BundleDesign, command: &BundleCommand) -> String {
+pub fn title(design: &BundleDesign, command: &BundleCommand) -> String {
     let mut parts = vec![design.name.clone()];
     for (i, drive) in command.drives.iter().enumerate() {
         let tube = i + 1;

@@ -13,6 +13,7 @@ use cppr::solve::{
 };
 use cppr::statics::{DistributedForce, Frame, LoadPart, Loads, RotationMeans, Station, Thread, Wrench};
 use cppr_io::RobotFile;
+use cppr_io::bundle_file::{self, Described};
 use std::path::Path;
 
 /// Distance from an eyelet (m) up to which the tip is in it.
@@ -363,6 +364,11 @@ pub fn read_robot(path: &Path) -> Result<(RobotFile, Robot), Failure> {
     let file = cppr_io::robot_file::read(path).map_err(|p| Failure::Input(p.to_string()))?;
     let robot = build(&file, path)?;
     Ok((file, robot))
+}
+
+/// Reads a robot file, with or without parts and joints.
+pub fn described(path: &Path) -> Result<Described, Failure> {
+    bundle_file::read(path).map_err(|problem| Failure::Input(problem.to_string()))
 }
 
 /// Builds the robot of a file.

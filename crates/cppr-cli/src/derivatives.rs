@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::bundle_derivatives;
-use crate::command::{CommandArgs, build, no_equilibrium};
+use crate::command::{CommandArgs, build, described, no_equilibrium};
 use crate::free::{efforts_json, name};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
@@ -12,7 +12,7 @@ use cppr::design::Robot;
 use cppr::solve::{Equilibrium, Freedom, Input, Solver};
 use cppr::statics::RotationMeans;
 use cppr::{Matrix3, Vector3};
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_sweep::DesignKeys;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -59,7 +59,7 @@ struct ByKey {
 /// Differentiates, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
-    let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+    let robot = match described(&args.robot)? {
         Described::Robot(file) => build(&file, &args.robot)?,
         Described::Bundle(design) => return bundle_derivatives::run(args, &outputs, &design),
     };

@@ -4,8 +4,10 @@
 
 use crate::limits;
 use crate::table::plain;
-use cppr::analysis::{Governing, Teeth, governing};
-use cppr::solve::{Command, Drive, Equilibrium, Solver};
+use cppr::analysis::{BundleAnalysis, Governing, RangeEnd, RangeProblem, SectionLimit, Teeth, governing};
+use cppr::bundle::solve::BundleEquilibrium;
+use cppr::solve::{Drive, Equilibrium, Freedom, Input, Solver};
+use cppr::statics::Loads;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -14,7 +16,9 @@ pub struct Exceeded {
     limit: Governing,
     /// Greatest part of the command, from rest, that keeps all limits.
     safe: f64,
-    command: Command,
+    /// Everything that moves or pulls, and whether loads act besides.
+    drives: Vec<(Input, Drive)>,
+    loaded: bool,
     /// What that part took to find.
     pub time: Duration,
 }
@@ -22,11 +26,32 @@ pub struct Exceeded {
 impl Exceeded {
     /// `None` within all limits. Stability is for the status to tell.
     pub fn of(solver: &mut Solver, found: &Equilibrium, teeth: Teeth) -> Option<Self> {
+        let command = found.command().clone();
+        let inputs = command.inputs().map(|(input, value)| (input, input.prescribed(value))).collect();
         let sections = solver.section_limits(found, teeth);
-        let limit = governing(&sections, None).filter(|worst| worst.utilisation > 1.0)?;
-        let (command, start) = (found.command().clone(), Instant::now());
-        let safe = solver.safe_part(&command, teeth).ok()?.value;
-        Some(Self { limit, safe, command, time: start.elapsed() })
+        Self::new(&sections, inputs, &command.loads, || solver.safe_part(&command, teeth))
+    }
+
+    /// The same of a bundle.
+    pub fn of_bundle(analysis: &mut BundleAnalysis, found: &BundleEquilibrium, teeth: Teeth) -> Option<Self> {
+        let sections = analysis.section_limits(found, teeth);
+        let command = found.command().clone();
+        let drives = command.drives.iter().flat_map(|own| [own.translation, own.rotation]);
+        let inputs = command.inputs().into_iter().zip(drives).collect();
+        Self::new(&sections, inputs, &command.loads, || analysis.safe_part(&command, teeth))
+    }
+
+    fn new(
+        sections: &[SectionLimit],
+        mut drives: Vec<(Input, Drive)>,
+        loads: &Loads,
+        safe: impl FnOnce() -> Result<RangeEnd, RangeProblem>,
+    ) -> Option<Self> {
+        let limit = governing(sections, None).filter(|worst| worst.utilisation > 1.0)?;
+        drives.retain(|(_, drive)| drive.value().abs() > 0.0);
+        let start = Instant::now();
+        let safe = safe().ok()?.value;
+        Some(Self { limit, safe, drives, loaded: !loads.is_empty(), time: start.elapsed() })
     }
 
     /// In a sentence.
@@ -36,14 +61,10 @@ impl Exceeded {
 
     /// The value of a command that has no other, or a part of the whole.
     fn safe(&self) -> String {
-        let drives = self.command.actuators.iter().zip(2..);
-        let only: Vec<(usize, bool, Drive)> = drives
-            .flat_map(|(actuator, tube)| [(tube, false, actuator.push_pull), (tube, true, actuator.rotation)])
-            .filter(|(.., drive)| drive.value().abs() > 0.0)
-            .collect();
-        let (true, &[(tube, turns, drive)]) = (self.command.loads.is_empty(), &only[..]) else {
+        let (false, &[(Input { tube, freedom, .. }, drive)]) = (self.loaded, &self.drives[..]) else {
             return format!("{} % of this command", plain(100.0 * self.safe, 1));
         };
+        let turns = freedom == Freedom::Rotation;
         let value = self.safe * drive.value();
         let verb = match (turns, value >= 0.0) {
             (true, _) => "turned",

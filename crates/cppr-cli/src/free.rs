@@ -5,7 +5,8 @@ use crate::command::CommandArgs;
 use crate::quantity::{ForTube, Kind, bounds};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
-use cppr::analysis::{Teeth, absurd_demand, governing};
+use cppr::analysis::{BundleAnalysis, Governing, Teeth, absurd_demand, governing};
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium};
 use cppr::solve::{Command, Equilibrium, Freedom, Input, Quantity, Solver};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -30,19 +31,52 @@ impl FreeArgs {
         command: &Command,
     ) -> Result<Vec<FreeInput>, Failure> {
         let settings = args.settings();
-        let given = args.given();
-        let is_given = |input: Input| given.iter().any(|own: &Input| own.is_same_freedom(input));
         let moves = |input: Input| match input.freedom {
             Freedom::PushPull => settings.can_slide(solver.robot(), input.tube - 2),
             Freedom::Rotation => settings.resolution.angle > 0,
         };
-        let wanted: Vec<Input> =
-            command.inputs().map(|(input, _)| input).filter(|i| !is_given(*i) && moves(*i)).collect();
-        let bounds_of = |input: Input| {
-            let list =
-                if input.freedom == Freedom::PushPull { &self.pull_bounds } else { &self.rotate_bounds };
-            list.iter().find(|b| b.tube == input.tube).map(|b| b.value)
-        };
+        let inputs = command.inputs().map(|(input, _)| input).filter(|i| moves(*i)).collect();
+        self.within(args, inputs, || {
+            let ranges = solver.safe_ranges(command, Teeth::Rigid).map_err(|problem| {
+                let absurd = absurd_demand(solver.robot(), command)
+                    .map_or(String::new(), |demand| format!(". {demand}"));
+                no_bounds(&format!("{problem}{absurd}"))
+            })?;
+            Ok(free_within(solver.robot(), &ranges))
+        })
+    }
+
+    /// The same of a bundle. The outermost tube stays where it is unless it has bounds, or unless nothing is joined.
+    pub fn of_bundle(
+        &self,
+        args: &CommandArgs,
+        analysis: &mut BundleAnalysis,
+        command: &BundleCommand,
+    ) -> Result<Vec<FreeInput>, Failure> {
+        let joined = !analysis.design().joints.is_empty();
+        let moves = |input: &Input| input.tube > 1 || !joined || self.bounds_of(*input).is_some();
+        let inputs = command.inputs().into_iter().filter(moves).collect();
+        self.within(args, inputs, || {
+            let ranges = analysis.safe_ranges(command, Teeth::Rigid);
+            Ok(analysis.free_within(&ranges.map_err(|problem| no_bounds(&problem))?))
+        })
+    }
+
+    fn bounds_of(&self, input: Input) -> Option<[f64; 2]> {
+        let list = if input.freedom == Freedom::PushPull { &self.pull_bounds } else { &self.rotate_bounds };
+        list.iter().find(|b| b.tube == input.tube).map(|b| b.value)
+    }
+
+    /// Those of some inputs that the command line does not prescribe, within the bounds given or else within what is safe.
+    fn within(
+        &self,
+        args: &CommandArgs,
+        inputs: Vec<Input>,
+        safe: impl FnOnce() -> Result<Vec<FreeInput>, Failure>,
+    ) -> Result<Vec<FreeInput>, Failure> {
+        let given = args.given();
+        let is_given = |input: &Input| given.iter().any(|own: &Input| own.is_same_freedom(*input));
+        let wanted: Vec<Input> = inputs.into_iter().filter(|input| !is_given(input)).collect();
         for (name, list, freedom) in [
             ("--pull-bounds", &self.pull_bounds, Freedom::PushPull),
             ("--rotate-bounds", &self.rotate_bounds, Freedom::Rotation),
@@ -56,25 +90,20 @@ impl FreeArgs {
                 )));
             }
         }
-        let safe = if wanted.iter().all(|i| bounds_of(*i).is_some()) {
-            Vec::new()
-        } else {
-            let ranges =
-                solver.safe_ranges(command, Teeth::Rigid).map_err(|problem| {
-                    let absurd = absurd_demand(solver.robot(), command).map_or(String::new(), |demand| format!(". {demand}"));
-                    Failure::Input(format!(
-                        "no bounds follow from the limits, because the given command is no safe start: {problem}{absurd}. \
-                         Give --pull-bounds and --rotate-bounds"
-                    ))
-                })?;
-            free_within(solver.robot(), &ranges)
-        };
-        let free = wanted.into_iter().filter_map(|input| match bounds_of(input) {
+        let safe = if wanted.iter().all(|i| self.bounds_of(*i).is_some()) { Vec::new() } else { safe()? };
+        let free = wanted.into_iter().filter_map(|input| match self.bounds_of(input) {
             Some(bounds) => Some(FreeInput { input, bounds }),
             None => safe.iter().find(|f| f.input == input).copied(),
         });
         Ok(free.collect())
     }
+}
+
+fn no_bounds(problem: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!(
+        "no bounds follow from the limits, because the given command is no safe start: {problem}. Give --pull-bounds and \
+         --rotate-bounds"
+    ))
 }
 
 /// Turns a problem into the program's failure.
@@ -127,16 +156,62 @@ pub fn three(values: [f64; 3], digits: usize) -> String {
     values.map(|v| format!("{:>9}", plain(v, digits))).join(" ")
 }
 
-/// Efforts, margin and the nearest limit of an answer.
-pub fn state_table(text: &mut String, solver: &mut Solver, found: &Equilibrium) {
-    for (tube, actuator) in found.followers() {
+/// What an answer's equilibrium is like: in words, and its actuators.
+pub struct State {
+    /// Lines of a table: efforts and the nearest limit.
+    pub text: String,
+    /// Motions and efforts as JSON.
+    pub actuators: Value,
+}
+
+impl State {
+    /// Of a robot.
+    pub fn of(solver: &mut Solver, found: &Equilibrium) -> Self {
+        let margin = solver.stability(found).map(|s| s.margin);
+        let sections = solver.section_limits(found, Teeth::Rigid);
+        Self::new(&efforts(found), governing(&sections, margin).as_ref())
+    }
+
+    /// Of a bundle.
+    pub fn of_bundle(analysis: &BundleAnalysis, found: &BundleEquilibrium) -> Self {
+        let efforts =
+            (1..).zip(&found.efforts).map(|(tube, a)| (tube, [a.label, a.rotation, a.force, a.torque]));
+        let sections = analysis.section_limits(found, Teeth::Rigid);
+        Self::new(&efforts.collect::<Vec<_>>(), governing(&sections, None).as_ref())
+    }
+
+    fn new(efforts: &[Effort], nearest: Option<&Governing>) -> Self {
+        let mut text = String::new();
+        state_table(&mut text, efforts, nearest);
+        Self { text, actuators: actuators_json(efforts) }
+    }
+}
+
+/// Tube, and its motion, rotation, tension and torque (SI).
+type Effort = (usize, [f64; 4]);
+
+fn efforts(found: &Equilibrium) -> Vec<Effort> {
+    found.followers().map(|(tube, a)| (tube, [a.motion, a.rotation, a.tension, a.torque])).collect()
+}
+
+fn actuators_json(efforts: &[Effort]) -> Value {
+    let one = |(tube, [pull, rotation, tension, torque]): &Effort| json!({ "tube": tube, "pull_m": pull, "rotation_rad": rotation, "tension_N": tension, "torque_Nm": torque });
+    efforts.iter().map(one).collect()
+}
+
+/// Motions and efforts of an equilibrium as JSON.
+pub fn efforts_json(found: &Equilibrium) -> Value {
+    actuators_json(&efforts(found))
+}
+
+/// Efforts and the nearest limit.
+fn state_table(text: &mut String, efforts: &[Effort], nearest: Option<&Governing>) {
+    for (tube, [.., tension, torque]) in efforts {
         let head = format!("tube {tube} needs");
-        let (force, torque) = (plain(actuator.tension, 4), plain(actuator.torque * 1e3, 4));
+        let (force, torque) = (plain(*tension, 4), plain(torque * 1e3, 4));
         line(text, &head, &format!("{force:>9} N and {torque} N mm"));
     }
-    let margin = solver.stability(found).map(|s| s.margin);
-    let sections = solver.section_limits(found, Teeth::Rigid);
-    if let Some(nearest) = governing(&sections, margin) {
+    if let Some(nearest) = nearest {
         let what = nearest.limit;
         let place = nearest.section.map_or(String::new(), |s| format!(" of {}", s.whereabouts()));
         let over = if nearest.utilisation > 1.0 { ": beyond it, do not go there" } else { "" };
@@ -162,10 +237,4 @@ pub fn inputs_json(
         })
     };
     (0..free.len()).map(one).collect()
-}
-
-/// Efforts of an answer as JSON.
-pub fn efforts_json(found: &Equilibrium) -> Value {
-    let one = |(tube, a): (usize, &cppr::solve::ActuatorState)| json!({ "tube": tube, "pull_m": a.motion, "rotation_rad": a.rotation, "tension_N": a.tension, "torque_Nm": a.torque });
-    found.followers().map(one).collect()
 }

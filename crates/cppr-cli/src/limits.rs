@@ -1,7 +1,9 @@
 //! `cppr limits`: how far each actuator may go, and how near a pose is to the limits of every notch.
 
 use crate::Failure;
-use crate::command::{CommandArgs, no_equilibrium, read_robot};
+use crate::bundle::{self, Ready};
+use crate::bundle_figure;
+use crate::command::{CommandArgs, build, described, no_equilibrium};
 use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
@@ -11,8 +13,10 @@ use cppr::analysis::{
     Bound, Governing, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
     first_greatest, governing, notch_capacities,
 };
+use cppr::bundle::BundleDesign;
 use cppr::design::Robot;
-use cppr::solve::{Equilibrium, Input, Status};
+use cppr::solve::{Input, Status};
+use cppr_io::bundle_file::Described;
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -25,6 +29,7 @@ Examples:
   cppr limits robots/r3.toml --pull 5mm --tip-force 0,0,0.1N
   cppr limits robots/r4.toml --pull -4mm --plot utilisation.svg --csv notches.csv --json -
   cppr limits robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm
+  cppr limits robots/bundles/two_sections.toml --pull 2=1mm
 
 Each range is that of one actuator while the others and the loads stay as given. The strain counts where the robot
 file has allowable_strain_percent; docs/src/limits.md derives what is computed.";
@@ -55,9 +60,17 @@ const STRAIGHT: f64 = 1e-12;
 
 /// Everything that is written.
 struct Report {
-    robot: Robot,
+    name: String,
+    length: f64,
+    tubes: usize,
     teeth: Teeth,
-    found: Equilibrium,
+    /// Of the figure.
+    title: String,
+    stable: bool,
+    /// Tube and tension (N) of every actuator.
+    tensions: Vec<(usize, f64)>,
+    /// Euler's load (N) of tubes of one length.
+    euler_load: Option<f64>,
     sections: Vec<SectionLimit>,
     margin: Option<f64>,
     ranges: Result<Vec<SafeRange>, String>,
@@ -68,22 +81,11 @@ struct Report {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
-    let mut solver = args.command.solver(&robot)?;
-    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
-    if !found.status().is_equilibrium() {
-        return Err(no_equilibrium(&found));
-    }
-    let sections = solver.section_limits(&found, teeth);
-    let margin = solver.stability(&found).map(|s| s.margin);
-    let ranges = match Exceeded::of(&mut solver, &found, teeth) {
-        Some(exceeded) => Err(exceeded.text()),
-        None => solver.safe_ranges(&command, teeth).map_err(|p| p.to_string()),
+    let report = match described(&args.robot)? {
+        Described::Robot(file) => of_robot(args, &build(&file, &args.robot)?, teeth)?,
+        Described::Bundle(design) => of_bundle(args, &design, teeth)?,
     };
-    let notches = notch_capacities(&robot, teeth);
-    let report = Report { robot, teeth, found, sections, margin, ranges, notches };
     if (csv.is_some() || outputs.plot.is_some()) && report.sections.is_empty() {
         return Err(Failure::Input(
             "the tubes of this robot are given by their stiffness and have no fibres to judge; --csv and --plot \
@@ -102,6 +104,62 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     outputs.report(&text)
 }
 
+fn of_robot(args: &Args, robot: &Robot, teeth: Teeth) -> Result<Report, Failure> {
+    let command = args.command.command(robot)?;
+    let mut solver = args.command.solver(robot)?;
+    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
+    if !found.status().is_equilibrium() {
+        return Err(no_equilibrium(&found));
+    }
+    let sections = solver.section_limits(&found, teeth);
+    let margin = solver.stability(&found).map(|s| s.margin);
+    let ranges = match Exceeded::of(&mut solver, &found, teeth) {
+        Some(exceeded) => Err(exceeded.text()),
+        None => solver.safe_ranges(&command, teeth).map_err(|p| p.to_string()),
+    };
+    Ok(Report {
+        name: robot.design().name.clone(),
+        length: robot.length(),
+        tubes: robot.tube_count(),
+        teeth,
+        title: figure::title(&found),
+        stable: found.status() != Status::Unstable,
+        tensions: found.followers().map(|(tube, actuator)| (tube, actuator.tension)).collect(),
+        euler_load: Some(euler_load(robot)),
+        sections,
+        margin,
+        ranges,
+        notches: notch_capacities(robot, teeth),
+    })
+}
+
+fn of_bundle(args: &Args, design: &BundleDesign, teeth: Teeth) -> Result<Report, Failure> {
+    let ready = Ready::new(&args.command, &args.robot, design)?;
+    let mut analysis = ready.analysis(design);
+    let found = analysis.solver.solve(&ready.command);
+    if !found.converged {
+        return Err(bundle::no_equilibrium(&design.name));
+    }
+    let ranges = match Exceeded::of_bundle(&mut analysis, &found, teeth) {
+        Some(exceeded) => Err(exceeded.text()),
+        None => analysis.safe_ranges(&ready.command, teeth).map_err(|p| p.to_string()),
+    };
+    Ok(Report {
+        name: design.name.clone(),
+        length: ready.bundle.length(),
+        tubes: design.tubes.len(),
+        teeth,
+        title: bundle_figure::title(design, &ready.command),
+        stable: found.stable,
+        tensions: (1..).zip(&found.efforts).map(|(tube, own)| (tube, own.force)).collect(),
+        euler_load: None,
+        sections: analysis.section_limits(&found, teeth),
+        margin: None,
+        ranges,
+        notches: Vec::new(),
+    })
+}
+
 /// Number and unit of an input's value for people.
 fn shown(input: Input, value: f64) -> String {
     let quantity = input.quantity();
@@ -114,11 +172,11 @@ fn bound(end: &RangeEnd) -> String {
             format!("{kind}, {}", section.whereabouts())
         }
         Bound::Limit(Governing { limit: kind, .. }) => kind.to_string(),
-        Bound::BranchEnds => "no equilibrium beyond that continues this one".into(),
+        Bound::BranchEnds => "no equilibrium was found beyond that continues this one".into(),
         Bound::Open => {
             let used = end.nearest.map_or(String::new(), |g| {
                 let place = g.section.map_or(String::new(), |section| format!(", {}", section.whereabouts()));
-                format!(", {:.0} % used of {}{place}", 100.0 * g.utilisation, g.limit)
+                format!(", {:.0} % used of {}{place}", (100.0 * g.utilisation).max(0.0), g.limit)
             });
             format!("nothing met up to here{used}")
         }
@@ -142,8 +200,7 @@ impl Report {
             Teeth::Rigid => "rigid teeth: the notches take all bending",
             Teeth::Bending => "teeth bend as the notches do",
         };
-        let design = self.robot.design();
-        let _ = writeln!(text, "{}: {} mm, {teeth}", design.name, millimetres(self.robot.length()));
+        let _ = writeln!(text, "{}: {} mm, {teeth}", self.name, millimetres(self.length));
         self.ranges_table(&mut text);
         self.pose_table(&mut text);
         self.notches_table(&mut text);
@@ -181,7 +238,7 @@ impl Report {
             let _ = writeln!(text, "    {head:<16}{value:>9} {unit:<4}{rest}");
         };
         let straight = self.sections.iter().all(|s| s.strain.abs().max(s.shear.abs()) < STRAIGHT);
-        for tube in 1..=self.robot.tube_count() {
+        for tube in 1..=self.tubes {
             if straight {
                 break;
             }
@@ -221,19 +278,21 @@ impl Report {
         if let Some(margin) = self.margin {
             line("margin", plain(margin, 4), "", "1 at rest, 0 where it snaps".into());
         }
-        for (tube, actuator) in self.found.followers() {
-            let times = plain(actuator.tension.abs() / euler_load(&self.robot), 2);
-            let rest = format!("{times} times Euler's load (eq 99; guided tubes bear more)");
-            line(&format!("tube {tube} tension"), plain(actuator.tension, 4), "N", rest);
+        for &(tube, tension) in &self.tensions {
+            let rest = self.euler_load.map_or(String::new(), |load| {
+                let times = plain(tension.abs() / load, 2);
+                format!("{times} times Euler's load (eq 99; guided tubes bear more)")
+            });
+            line(&format!("tube {tube} tension"), plain(tension, 4), "N", rest);
         }
-        if self.found.status() == Status::Unstable {
+        if !self.stable {
             line("warning", String::new(), "", "this equilibrium is unstable".into());
         }
     }
 
     /// Least values over each tube's notches.
     fn notches_table(&self, text: &mut String) {
-        for tube in 1..=self.robot.tube_count() {
+        for tube in 1..=self.tubes {
             let least = |value: fn(&NotchCapacity) -> f64| {
                 let own = self.notches.iter().filter(|n| n.tube == tube);
                 own.min_by(|a, b| value(a).total_cmp(&value(b)))
@@ -299,14 +358,14 @@ impl Report {
                 })
             })
             .collect();
-        let status = if self.found.status() == Status::Unstable { "unstable" } else { "converged" };
+        let status = if self.stable { "converged" } else { "unstable" };
         json!({
-            "schema": "cppr/limits", "schema_version": 1, "robot": self.robot.design().name,
+            "schema": "cppr/limits", "schema_version": 1, "robot": self.name,
             "teeth": match self.teeth { Teeth::Rigid => "rigid", Teeth::Bending => "bending" },
-            "euler_load_N": euler_load(&self.robot), "notches": notches, "ranges": ranges,
+            "euler_load_N": self.euler_load, "notches": notches, "ranges": ranges,
             "pose": {
                 "status": status, "margin_to_instability": self.margin,
-                "tensions_N": self.found.actuators().iter().map(|a| a.tension).collect::<Vec<_>>(),
+                "tensions_N": self.tensions.iter().map(|own| own.1).collect::<Vec<_>>(),
                 "governing": governing(&self.sections, self.margin).map(|g| governing_json(&g)),
                 "sections": self.sections.iter().map(section_json).collect::<Vec<_>>(),
             },
@@ -325,15 +384,14 @@ impl Report {
                 label: label.into(),
                 unit: "%".into(),
                 include_zero: true,
-                curves: (1..=self.robot.tube_count())
+                curves: (1..=self.tubes)
                     .flat_map(|tube| [true, false].map(|uncut| self.curve(tube, uncut, value)))
                     .flatten()
                     .collect(),
             })
             .filter(|quantity| !quantity.curves.is_empty())
             .collect();
-        let title = figure::title(&self.found);
-        let input = ProfileInput { title, x_label: "X".into(), quantities };
+        let input = ProfileInput { title: self.title.clone(), x_label: "X".into(), quantities };
         profile_figure(&input).map_err(|e| figure::plot_failure(&e))
     }
 

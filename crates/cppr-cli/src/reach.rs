@@ -1,17 +1,17 @@
 //! `cppr reach`: actuator values for a wanted tip.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::bundle::{self, Ready};
+use crate::command::{CommandArgs, build, described};
 use crate::figure;
-use crate::free::{self, FreeArgs, line, three};
+use crate::free::{self, FreeArgs, State, line, three};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, direction, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target};
-use cppr::design::Robot;
-use cppr::solve::Solver;
+use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -22,6 +22,7 @@ Examples:
   cppr reach robots/childs3.toml --position 25.152,-2.689,13.327mm --rotate 3=0deg --pull-bounds 2=-2..2mm --pull-bounds 3=-2..2mm --rotate-bounds 2=-45..45deg
   cppr reach robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N --json -
   cppr reach robots/r1.toml --position 100,100,100mm --plot reach.svg
+  cppr reach robots/bundles/two_sections.toml --position 110,-20,0mm --rotate 2=0deg --rotate 3=0deg --rotate 4=0deg
 
 Actuators that are given a value keep it, all others are free. The target is in the base frame: the robot at rest
 lies along +X from the baseplate. What is out of reach is answered with the nearest pose and its distance.";
@@ -74,27 +75,53 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--pull-accuracy and --rotate-accuracy are deviations: write them above 0".into(),
         ));
     }
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
-    let mut solver = args.command.solver(&robot)?;
-    let free = args.free.free(&args.command, &mut solver, &command)?;
     let target =
         Target { position: args.position.map(Vector3::from), direction: args.direction.map(Vector3::from) };
-    let mut answer = solver.reach(&command, &free, &target, &accuracy).map_err(|p| free::failure(&p))?;
+    let marks = args.position.map(|p| ("target", vec![p]));
+    match described(&args.robot)? {
+        Described::Robot(file) => {
+            let robot = build(&file, &args.robot)?;
+            let command = args.command.command(&robot)?;
+            let mut solver = args.command.solver(&robot)?;
+            let free = args.free.free(&args.command, &mut solver, &command)?;
+            let answer = solver.reach(&command, &free, &target, &accuracy).map_err(|p| free::failure(&p))?;
+            let state = State::of(&mut solver, &answer.equilibrium);
+            outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
+            finish(args, &outputs, &robot.design().name, &free, &state, answer)
+        }
+        Described::Bundle(design) => {
+            let ready = Ready::new(&args.command, &args.robot, &design)?;
+            let mut analysis = ready.analysis(&design);
+            let free = args.free.of_bundle(&args.command, &mut analysis, &ready.command)?;
+            let answer = analysis.reach(&ready.command, &free, &target, &accuracy);
+            let answer = answer.map_err(|p| free::failure(&p))?;
+            let state = State::of_bundle(&analysis, &answer.equilibrium);
+            outputs.draw(|| bundle::marked(&mut analysis, &answer.equilibrium, marks))?;
+            finish(args, &outputs, &design.name, &free, &state, answer)
+        }
+    }
+}
+
+/// Judges, writes, prints.
+fn finish<E>(
+    args: &Args,
+    outputs: &Outputs,
+    name: &str,
+    free: &[FreeInput],
+    state: &State,
+    mut answer: Reach<E>,
+) -> Result<(), Failure> {
     answer.reached = answer.distance.is_none_or(|d| d <= args.tolerance)
         && answer.angle.is_none_or(|a| a <= args.angle_tolerance);
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", as_json(&robot, &free, &answer)))?;
+        write_or_print(path, &format!("{:#}\n", as_json(name, free, state, &answer)))?;
     }
-    let marks = args.position.map(|p| ("target", vec![p]));
-    outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
-    let text = table(&mut solver, &free, &answer);
-    outputs.report(&text)
+    outputs.report(&table(name, free, state, &answer))
 }
 
-fn table(solver: &mut Solver, free: &[FreeInput], answer: &Reach) -> String {
+fn table<E>(name: &str, free: &[FreeInput], state: &State, answer: &Reach<E>) -> String {
     let verdict = if answer.reached { "reached" } else { "out of reach; this is the nearest pose found" };
-    let mut text = format!("{}: {verdict}\n", solver.robot().design().name);
+    let mut text = format!("{name}: {verdict}\n");
     free::inputs_table(&mut text, free, &answer.values, &answer.at_bound, None);
     line(&mut text, "tip position", &format!("{} mm", three((answer.position * 1e3).into(), 3)));
     line(&mut text, "tip direction", &three(answer.direction.into(), 4));
@@ -104,7 +131,7 @@ fn table(solver: &mut Solver, free: &[FreeInput], answer: &Reach) -> String {
     if let Some(angle) = answer.angle {
         line(&mut text, "from its direction", &format!("{:>9} deg", plain(angle.to_degrees(), 3)));
     }
-    free::state_table(&mut text, solver, &answer.equilibrium);
+    text.push_str(&state.text);
     if answer.depends_on_path {
         line(&mut text, "warning", "the same values, applied at once from rest, lead to another pose");
     }
@@ -132,7 +159,7 @@ fn conditioning_table(text: &mut String, free: &[FreeInput], conditioning: &Cond
     }
 }
 
-fn as_json(robot: &Robot, free: &[FreeInput], answer: &Reach) -> Value {
+fn as_json<E>(name: &str, free: &[FreeInput], state: &State, answer: &Reach<E>) -> Value {
     let conditioning = answer.conditioning.as_ref().map(|c| {
         let axes: Vec<Value> = c
             .axes
@@ -145,10 +172,10 @@ fn as_json(robot: &Robot, free: &[FreeInput], answer: &Reach) -> Value {
         json!({ "axes": axes, "condition": c.condition, "manipulability_m3": c.manipulability, "idle": c.idle })
     });
     json!({
-        "schema": "cppr/reach", "schema_version": 1, "robot": robot.design().name, "reached": answer.reached,
+        "schema": "cppr/reach", "schema_version": 1, "robot": name, "reached": answer.reached,
         "inputs": free::inputs_json(free, &answer.values, &answer.at_bound, None),
         "tip_position_m": <[f64; 3]>::from(answer.position), "tip_direction": <[f64; 3]>::from(answer.direction),
         "distance_m": answer.distance, "angle_rad": answer.angle, "depends_on_path": answer.depends_on_path,
-        "actuators": free::efforts_json(&answer.equilibrium), "conditioning": conditioning,
+        "actuators": state.actuators, "conditioning": conditioning,
     })
 }

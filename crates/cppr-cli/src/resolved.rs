@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::table::plain;
 use cppr::analysis::{Accuracy, Against};
 use cppr::kinematics::Resolution;
-use cppr::solve::{Equilibrium, Solver};
+use cppr::solve::{Equilibrium, Solver, Status};
 
 /// An equilibrium with as many modes as the accuracy asks for.
 pub struct Resolved {
@@ -30,7 +30,7 @@ impl Resolved {
 
     /// The error in words.
     pub fn text(&self) -> String {
-        let Some(Accuracy { tip, force, torque, against, reference: _ }) = self.accuracy else {
+        let Some(Accuracy { tip, force, torque, against, .. }) = self.accuracy else {
             return "not known".into();
         };
         let part = tip / self.found.robot().length();
@@ -52,6 +52,15 @@ impl Resolved {
     /// What is missing to the accuracy that was asked for.
     pub fn warning(&self) -> Option<String> {
         let own = self.accuracy?;
+        if !own.confirms(self.found.status()) {
+            let (own, other) = match self.found.status() {
+                Status::Converged => ("stable", "unstable"),
+                _ => ("unstable", "stable"),
+            };
+            return Some(format!(
+                "{own} by its modes, {other} where it is integrated without modes: the robot is next to a snap; --refine 4 may settle it"
+            ));
+        }
         let part = own.tip / self.found.robot().length();
         if part <= self.wanted {
             return None;

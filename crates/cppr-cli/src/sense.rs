@@ -1,7 +1,8 @@
 //! `cppr sense`: the force on the tip from measured efforts and the tip's pose.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::bundle::Ready;
+use crate::command::{CommandArgs, build, described};
 use crate::free::{self, HALF, line};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
@@ -9,8 +10,8 @@ use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
 use cppr::analysis::inverse::{Measured, Principal, Sensed};
-use cppr::design::Robot;
 use cppr::solve::{Freedom, Quantity};
+use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -90,15 +91,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .into(),
         ));
     }
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
-    believable(&robot, args.measured_position)?;
-    let mut solver = args.command.solver(&robot)?;
-    let answer = solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))?;
-    if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", as_json(&robot, &answer, args.moment)))?;
+    match described(&args.robot)? {
+        Described::Robot(file) => {
+            let robot = build(&file, &args.robot)?;
+            let command = args.command.command(&robot)?;
+            believable(robot.length(), args.measured_position)?;
+            let mut solver = args.command.solver(&robot)?;
+            let answer = solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))?;
+            finish(args, &outputs, &robot.design().name, &measured, &answer)
+        }
+        Described::Bundle(design) => {
+            let ready = Ready::new(&args.command, &args.robot, &design)?;
+            believable(ready.bundle.length(), args.measured_position)?;
+            let answer = ready.analysis(&design).sense(&ready.command, &measured, args.moment);
+            finish(args, &outputs, &design.name, &measured, &answer.map_err(|p| free::failure(&p))?)
+        }
     }
-    let mut text = table(&robot, &answer, args.moment);
+}
+
+/// Writes and prints.
+fn finish<E>(
+    args: &Args,
+    outputs: &Outputs,
+    name: &str,
+    measured: &[Measured],
+    answer: &Sensed<E>,
+) -> Result<(), Failure> {
+    if let Some(path) = outputs.json {
+        write_or_print(path, &format!("{:#}\n", as_json(name, answer, args.moment)))?;
+    }
+    let mut text = table(name, answer, args.moment);
     for (one, miss) in measured.iter().zip(&answer.misses).filter(|(_, miss)| **miss > FAR) {
         line(&mut text, "not explained", &missed(one, *miss));
     }
@@ -106,24 +128,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Refuses a position that no pose of the robot has: its unit is another.
-fn believable(robot: &Robot, position: Option<[f64; 3]>) -> Result<(), Failure> {
+fn believable(length: f64, position: Option<[f64; 3]>) -> Result<(), Failure> {
     let far = position.map_or(0.0, |p| Vector3::from(p).norm());
-    if far <= FARTHEST * robot.length() {
+    if far <= FARTHEST * length {
         return Ok(());
     }
     Err(Failure::Input(format!(
         "--measured-position: the tip of a robot of {} mm cannot be {} mm away from its base. Check the unit",
-        millimetres(robot.length()),
+        millimetres(length),
         millimetres(far)
     )))
 }
 
-fn table(robot: &Robot, answer: &Sensed, moment: bool) -> String {
-    let mut text = format!(
-        "{}: {} on the tip, base frame\n",
-        robot.design().name,
-        if moment { "wrench" } else { "force" }
-    );
+fn table<E>(name: &str, answer: &Sensed<E>, moment: bool) -> String {
+    let mut text = format!("{name}: {} on the tip, base frame\n", if moment { "wrench" } else { "force" });
     let mut components = |name: &str, values: Vector3<f64>, from: usize, size: f64, unit: &str| {
         for (axis, letter) in ["x", "y", "z"].iter().enumerate() {
             let deviation = answer.uncertainty.deviations[from + axis];
@@ -189,14 +207,14 @@ fn along(principal: &Principal) -> String {
     parts.map(|(name, share)| format!("{share:+.2} {name}")).collect::<Vec<_>>().join(", ")
 }
 
-fn as_json(robot: &Robot, answer: &Sensed, moment: bool) -> Value {
+fn as_json<E>(name: &str, answer: &Sensed<E>, moment: bool) -> Value {
     let n = answer.uncertainty.deviations.len();
     let covariance: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|j| answer.uncertainty.covariance[(i, j)]).collect()).collect();
     let blind: Vec<&Vec<f64>> =
         answer.uncertainty.principal.iter().filter(|p| p.blind).map(|p| &p.direction).collect();
     json!({
-        "schema": "cppr/sense", "schema_version": 1, "robot": robot.design().name,
+        "schema": "cppr/sense", "schema_version": 1, "robot": name,
         "force_N": <[f64; 3]>::from(answer.force),
         "moment_Nm": moment.then(|| <[f64; 3]>::from(answer.moment)),
         "standard_deviations": answer.uncertainty.deviations, "covariance": covariance, "not_seen": blind,

@@ -1,15 +1,16 @@
 //! `cppr match`: actuator values for a measured or wanted shape.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::bundle::{self, Ready};
+use crate::command::{CommandArgs, build, described};
 use crate::figure;
-use crate::free::{self, FreeArgs, line};
+use crate::free::{self, FreeArgs, State, line};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, ShapeMatch};
-use cppr::solve::Solver;
+use cppr_io::bundle_file::Described;
 use cppr_io::points::read_points;
 use serde_json::json;
 use std::path::PathBuf;
@@ -20,8 +21,8 @@ Examples:
   cppr match robots/r3.toml --points examples/shapes/r3.csv
   cppr match robots/r3.toml --points examples/shapes/r3.csv --rotate 0deg --plot match.svg --json -
 
-The table has columns x_mm, y_mm, z_mm, and may have at_mm (distance from the baseplate along the robot at rest; without
-it the nearest place counts) and sigma_mm. Actuators that are given a value keep it, all others are free.";
+The table has columns x_mm, y_mm, z_mm, and may have at_mm (distance from the baseplate along the robot at rest; of one with
+parts or joints, along its centreline; without it the nearest place counts) and sigma_mm. Actuators that are given a value keep it, all others are free.";
 
 /// Arguments of `cppr match`.
 #[derive(clap::Args)]
@@ -60,31 +61,55 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
         Failure::Input(lines.join("\n"))
     })?;
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
-    let mut solver = args.command.solver(&robot)?;
-    let free = args.free.free(&args.command, &mut solver, &command)?;
-    let answer = solver.shape_match(&command, &free, &points).map_err(|p| free::failure(&p))?;
+    let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
+    match described(&args.robot)? {
+        Described::Robot(file) => {
+            let robot = build(&file, &args.robot)?;
+            let command = args.command.command(&robot)?;
+            let mut solver = args.command.solver(&robot)?;
+            let free = args.free.free(&args.command, &mut solver, &command)?;
+            let answer = solver.shape_match(&command, &free, &points).map_err(|p| free::failure(&p))?;
+            let state = State::of(&mut solver, &answer.equilibrium);
+            outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
+            finish(&outputs, &robot.design().name, &free, &state, &answer)
+        }
+        Described::Bundle(design) => {
+            let ready = Ready::new(&args.command, &args.robot, &design)?;
+            let mut analysis = ready.analysis(&design);
+            let free = args.free.of_bundle(&args.command, &mut analysis, &ready.command)?;
+            let answer = analysis.shape_match(&ready.command, &free, &points);
+            let answer = answer.map_err(|p| free::failure(&p))?;
+            let state = State::of_bundle(&analysis, &answer.equilibrium);
+            outputs.draw(|| bundle::marked(&mut analysis, &answer.equilibrium, marks))?;
+            finish(&outputs, &design.name, &free, &state, &answer)
+        }
+    }
+}
+
+/// Writes and prints.
+fn finish<E>(
+    outputs: &Outputs,
+    name: &str,
+    free: &[FreeInput],
+    state: &State,
+    answer: &ShapeMatch<E>,
+) -> Result<(), Failure> {
     if let Some(path) = outputs.json {
         let whole = json!({
-            "schema": "cppr/match", "schema_version": 1, "robot": robot.design().name,
-            "inputs": free::inputs_json(&free, &answer.values, &answer.at_bound, Some(&answer.uncertainty.deviations)),
+            "schema": "cppr/match", "schema_version": 1, "robot": name,
+            "inputs": free::inputs_json(free, &answer.values, &answer.at_bound, Some(&answer.uncertainty.deviations)),
             "rms_distance_m": answer.rms, "distances_m": answer.distances,
             "noise_against_stated": answer.uncertainty.misfit,
-            "actuators": free::efforts_json(&answer.equilibrium),
+            "actuators": state.actuators,
         });
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
-    let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
-    outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
-    let text = table(&mut solver, &free, &answer);
-    outputs.report(&text)
+    outputs.report(&table(name, free, state, answer))
 }
 
-fn table(solver: &mut Solver, free: &[FreeInput], answer: &ShapeMatch) -> String {
+fn table<E>(name: &str, free: &[FreeInput], state: &State, answer: &ShapeMatch<E>) -> String {
     let count = answer.distances.len();
-    let mut text =
-        format!("{}: {count} point{}\n", solver.robot().design().name, if count == 1 { "" } else { "s" });
+    let mut text = format!("{name}: {count} point{}\n", if count == 1 { "" } else { "s" });
     free::inputs_table(&mut text, free, &answer.values, &answer.at_bound, Some(&answer.uncertainty));
     let largest = answer.distances.iter().copied().fold(0.0, f64::max);
     let distances = format!(
@@ -107,6 +132,6 @@ fn table(solver: &mut Solver, free: &[FreeInput], answer: &ShapeMatch) -> String
             .collect();
         line(&mut text, "not seen", &format!("{} (shares of the bounds)", parts.join(", ")));
     }
-    free::state_table(&mut text, solver, &answer.equilibrium);
+    text.push_str(&state.text);
     text
 }

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::bundle;
-use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
+use crate::command::{CommandArgs, build, described, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
@@ -13,7 +13,7 @@ use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::ACCURACY;
 use cppr::analysis::Teeth;
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_io::result::{AccuracyRecord, ResultRecord};
 use cppr_io::result_csv;
 use std::path::{Path, PathBuf};
@@ -82,7 +82,7 @@ fn part_of_length(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
-    let file = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+    let file = match described(&args.robot)? {
         Described::Robot(file) => file,
         Described::Bundle(design) => return bundle::run(args, &outputs, &design),
     };

@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::bundle_sweep;
 use crate::cloud::Workspace;
-use crate::command::{CommandArgs, DriveArgs, RestArgs, build};
+use crate::command::{CommandArgs, DriveArgs, RestArgs, build, described};
 use crate::errors::Errors;
 use crate::figure;
 use crate::output::{self, note, write_or_print};
@@ -12,7 +12,7 @@ use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_any_tube, span_ve
 use cppr::analysis::{Teeth, absurd_demand};
 use cppr::design::Robot;
 use cppr::solve::{CommandProblem, Quantity};
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_sweep::{
     Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Report, Study, Task, Values, Variable,
     Verdict, parts_of, write_file,
@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let robot = match bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))? {
+    let robot = match described(&args.robot)? {
         Described::Robot(file) => build(&file, &args.robot)?,
         Described::Bundle(design) => return bundle_sweep::run(args, format, &design),
     };

@@ -71,15 +71,55 @@ fn what_cannot_be_asked_is_said() {
 #[test]
 fn other_commands_say_what_takes_such_a_robot() {
     for arguments in [
-        &["limits", S][..],
-        &["continue", S, "--along", "pull", "--to", "5mm"],
-        &["match", S, "--points", "examples/shapes/r3.csv"],
+        &["continue", S, "--along", "pull", "--to", "5mm"][..],
+        &["calibrate", S, "--data", "examples/calibration/r1.csv", "--fit", "youngs_modulus"],
     ] {
-        refused(arguments, "`cppr solve`, `check`, `sweep`, `derivatives`, `export` and `view` take it");
+        refused(
+            arguments,
+            "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `export` and `view` take it",
+        );
     }
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"], "--margin is not yet");
+}
+
+#[test]
+fn limits_and_inverse_problems_take_bundles() {
+    const UNCUT: &str = "robots/bundles/uncut_ends.toml";
+    let json = |arguments: &[&str]| json(&[arguments, &["--json", "-"]].concat());
+    let limits = json(&["limits", UNCUT, "--pull", "1mm"]);
+    assert_eq!(
+        limits["pose"]["sections"].as_array().unwrap().iter().filter(|s| s["place"] == "notch").count(),
+        200
+    );
+    assert!(limits["pose"]["governing"]["utilisation"].as_f64().unwrap() > 0.05);
+    let pull =
+        limits["ranges"].as_array().unwrap().iter().find(|r| r["tube"] == 2 && r["actuator"] == "pull");
+    let high = pull.unwrap()["high"]["value"].as_f64().unwrap();
+    assert!((3e-3..2e-2).contains(&high), "{high}");
+    // What a pull of 2 mm does is led back to it.
+    let pulled = json(&["solve", UNCUT, "--pull", "2mm"]);
+    let tip: Vec<f64> =
+        pulled["tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    let at = format!("{},{},{}m", tip[0], tip[1], tip[2]);
+    let bounds = ["--rotate", "0deg", "--pull-bounds", "0..3mm"];
+    let reached = json(&[&["reach", UNCUT, "--position", &at][..], &bounds].concat());
+    assert_eq!(reached["reached"], true);
+    assert!((reached["inputs"][0]["value"].as_f64().unwrap() - 2e-3).abs() < 1e-6, "{reached}");
+    let force = pulled["actuators"][1]["tension_N"].as_f64().unwrap();
+    let tension = format!("{force}N");
+    let sensed =
+        json(&["sense", UNCUT, "--pull", "2mm", "--measured-tension", &tension, "--measured-position", &at]);
+    for component in sensed["force_N"].as_array().unwrap() {
+        assert!(component.as_f64().unwrap().abs() < 1e-4, "{sensed}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let points = folder.path().join("points.csv");
+    std::fs::write(&points, format!("x_mm,y_mm,z_mm\n{},{},{}\n", tip[0] * 1e3, tip[1] * 1e3, tip[2] * 1e3))
+        .unwrap();
+    let matched = json(&[&["match", UNCUT, "--points", points.to_str().unwrap()][..], &bounds].concat());
+    assert!((matched["inputs"][0]["value"].as_f64().unwrap() - 2e-3).abs() < 1e-5, "{matched}");
 }
 
 #[test]

@@ -69,6 +69,8 @@ pub struct AccuracyRecord {
     pub torque_Nm: f64,
     /// `integration`: against the bundle integrated along its length; `half_the_modes`: against the solution with half as many modes.
     pub against: &'static str,
+    /// Is that stable? Not told where an eigenvalue is close to zero.
+    pub reference_stable: Option<bool>,
     /// Tip of that, in the base frame.
     pub reference_tip_position_m: [f64; 3],
 }
@@ -77,12 +79,13 @@ impl AccuracyRecord {
     /// The error of the solution of a robot.
     #[must_use]
     pub fn new(robot: &Robot, accuracy: &Accuracy) -> Self {
-        let Accuracy { tip, force, torque, against, reference } = *accuracy;
+        let Accuracy { tip, force, torque, stable, against, reference } = *accuracy;
         Self {
             tip_m: tip,
             tip_of_length: tip / robot.length(),
             force_N: force,
             torque_Nm: torque,
+            reference_stable: stable,
             against: match against {
                 Against::Integration => "integration",
                 Against::HalfTheModes => "half_the_modes",

@@ -124,7 +124,9 @@ impl Equilibrium {
     fn accuracy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let found =
             py.detach(|| *self.accuracy.get_or_init(|| self.shared.with(|w| w.accuracy(&self.found))));
-        let Some(Accuracy { tip, force, torque, against, reference }) = found else { return Ok(None) };
+        let Some(Accuracy { tip, force, torque, stable, against, reference }) = found else {
+            return Ok(None);
+        };
         let own = PyDict::new(py);
         own.set_item("tip", tip)?;
         own.set_item("force", force)?;
@@ -134,6 +136,7 @@ impl Equilibrium {
             Against::HalfTheModes => "half the modes",
         };
         own.set_item("against", against)?;
+        own.set_item("reference_stable", stable)?;
         own.set_item("reference_tip", line(py, reference.iter().copied()))?;
         Ok(Some(own))
     }

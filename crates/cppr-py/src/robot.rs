@@ -223,6 +223,10 @@ impl Robot {
             errors::warn(py, "AccuracyWarning", &text)?;
         }
         let status = found.status();
+        if error.is_some_and(|own| !own.confirms(status)) {
+            let text = "the modes and the integration without modes do not agree on its stability: the robot is next to a snap";
+            errors::warn(py, "AccuracyWarning", text)?;
+        }
         let why = (!status.is_equilibrium()).then(|| explained(&self.shared.robot, &command, found.status()));
         let found = Equilibrium::resolved(Arc::clone(&self.shared), found, error).into_pyobject(py)?;
         match why {

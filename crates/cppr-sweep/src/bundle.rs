@@ -13,7 +13,7 @@ use crate::task::{Plan, STATE};
 use cppr::bundle::Bundle;
 pub use cppr::bundle::solve::load_behind_plate;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
-use cppr::solve::{Freedom, Quantity};
+use cppr::solve::Quantity;
 use rayon::ThreadPoolBuildError;
 use rayon::prelude::*;
 use std::io::Write;
@@ -139,14 +139,7 @@ impl BundleTask {
         let mut command = self.base.clone();
         for (axis, &value) in self.axes.iter().zip(inputs) {
             match axis.variable {
-                Variable::Actuator(input) => {
-                    if let Some(drive) = command.drives.get_mut(input.tube - 1) {
-                        *(match input.freedom {
-                            Freedom::PushPull => &mut drive.translation,
-                            Freedom::Rotation => &mut drive.rotation,
-                        }) = input.prescribed(value);
-                    }
-                }
+                Variable::Actuator(input) => command = command.with_input(input, value),
                 Variable::Force { wrench, component } => {
                     if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
                         wrench.force[component] = value;

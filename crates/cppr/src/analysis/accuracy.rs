@@ -7,7 +7,7 @@ use crate::bundle::frame::Unknowns;
 use crate::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
-use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver};
+use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver, Status};
 use crate::statics::{Frame, Loads, RotationMeans, Station};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -22,10 +22,20 @@ pub struct Accuracy {
     pub force: f64,
     /// Greatest error of an actuation torque (N m).
     pub torque: f64,
+    /// Is that what it was compared with stable? `None` where an eigenvalue cannot be told from zero.
+    pub stable: Option<bool>,
     /// What it was compared with.
     pub against: Against,
     /// Tip of that (m).
     pub reference: Vector3<f64>,
+}
+
+impl Accuracy {
+    /// Is what the equilibrium was compared with stable or not as the equilibrium is, as far as that can be told?
+    #[must_use]
+    pub fn confirms(&self, status: Status) -> bool {
+        self.stable.is_none_or(|stable| stable == (status == Status::Converged))
+    }
 }
 
 /// What an equilibrium was compared with for its error.
@@ -70,6 +80,7 @@ impl Solver {
             tip: (found.tip - tip.centre).norm(),
             force,
             torque,
+            stable: solver.inertia(&found).map(|negative| negative == 0),
             against: Against::Integration,
             reference: found.tip,
         })
@@ -89,8 +100,8 @@ impl Solver {
         self.resolve(found, accuracy)
     }
 
-    /// The discretisation error of an equilibrium that was found from rest, and where its tip is not within `accuracy` times the length,
-    /// the equilibrium at twice or four times as many modes and nodes. Where none of them is, the best is returned with its error. Settings
+    /// The discretisation error of an equilibrium that was found from rest, and where its tip is not within `accuracy` times the length or
+    /// its stability is not that of what it was compared with, the equilibrium at twice or four times as many modes and nodes. Where none of them is, the best is returned with its error. Settings
     /// stay. An equilibrium of another robot keeps its modes. There is no error where there is no equilibrium, and in the printed formulation.
     ///
     /// # Errors
@@ -114,7 +125,8 @@ impl Solver {
         }
         let mut coarser = best.0.clone();
         for factor in FACTORS {
-            if best.1.is_some_and(|own: Accuracy| own.tip <= bound) {
+            let sure = |own: Accuracy| own.confirms(best.0.status()) || bound.is_infinite();
+            if best.1.is_some_and(|own| own.tip <= bound && sure(own)) {
                 break;
             }
             let before = self.settings;
@@ -130,7 +142,8 @@ impl Solver {
                 let [force, torque] = greatest_differences(&found, efforts);
                 let tip = (found.tip().centre - coarser.tip().centre).norm();
                 let reference = coarser.tip().centre;
-                Accuracy { tip, force, torque, against: Against::HalfTheModes, reference }
+                let stable = Some(coarser.status() == Status::Converged);
+                Accuracy { tip, force, torque, stable, against: Against::HalfTheModes, reference }
             });
             coarser = found.clone();
             if best.1.is_none_or(|before| own.tip < before.tip) {

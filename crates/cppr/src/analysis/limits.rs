@@ -279,47 +279,85 @@ fn judge<S: Real>(
         let strains = Strains::new(&buffers.state, layout, coordinates, tube);
         let pieces = Pieces { design, fibres, length: robot.length(), base: strains.base() };
         pieces.visit(|place, abscissa, lanes, fibres| {
-            let (label, values) = strains.at(abscissa, place == Place::Uncut, lanes);
-            let notch = match (place, &design.pattern) {
-                (Place::Notch(_), Some(pattern)) if fibres.depth > 0.0 => Some(pattern),
-                _ => None,
-            };
-            let share = notch.map_or(1.0, |pattern| concentration(pattern, teeth));
+            let (label, mut values) = strains.at(abscissa, place == Place::Uncut, lanes);
             let part = match place {
                 Place::Uncut => Part::Below,
                 Place::Notch(number) if number < 1 => Part::Below,
                 _ => Part::Pattern,
             };
-            let twist = values[3] - robot.fields()[tube].direction(abscissa, part)[1];
-            let [bend_y, bend_z, stretch, twist] =
-                [values[0], values[1], values[2], twist].map(|v| v * share);
-            // ε = middle + a Y + b Z.
-            let (middle, slope) = (stretch + bend_z * fibres.offset, [-bend_z, bend_y]);
-            let back = slope.map(|s| -s);
-            let (most, least) = (middle + fibres.greatest_kept(slope), middle - fibres.greatest_kept(back));
-            let strain = S::from_lanes(|l| {
-                let [most, least] = match (&fibres.peak, notch) {
-                    (Some(peak), Some(_)) => peak.bounds([0, 1, 2].map(|i| values[i].lane(l))),
-                    _ => [most.lane(l), least.lane(l)],
-                };
-                if most >= -least { most } else { least }
-            });
-            let judged = Judged {
-                tube: tube + 1,
-                place,
-                abscissa,
-                label,
-                curvature: [values[0], values[1]],
-                strain,
-                allowable_strain: design.material.allowable_strain,
-                shear: twist * fibres.shear_arm,
-                allowable_shear: design.material.allowable_shear(),
-                closure: notch.map(|_| fibres.greatest_removed(back) - middle),
-                length: notch.map_or(0.0, |pattern| pattern.length),
-            };
-            visit(judged, lanes);
+            values[3] -= robot.fields()[tube].direction(abscissa, part)[1];
+            visit(Judged::new(tube + 1, place, design, fibres, teeth, [abscissa, label], values), lanes);
         });
     }
+}
+
+impl<S: Real> Judged<S> {
+    /// A piece at its rest abscissa and label, from κ_Y, κ_Z, the stretch and the rate of twist there.
+    fn new(
+        tube: usize,
+        place: Place,
+        design: &NotchedTube,
+        fibres: &Fibres,
+        teeth: Teeth,
+        [abscissa, label]: [S; 2],
+        values: [S; 4],
+    ) -> Self {
+        let notch = match (place, &design.pattern) {
+            (Place::Notch(_), Some(pattern)) if fibres.depth > 0.0 => Some(pattern),
+            _ => None,
+        };
+        let share = notch.map_or(1.0, |pattern| concentration(pattern, teeth));
+        let [bend_y, bend_z, stretch, twist] = values.map(|v| v * share);
+        // ε = middle + a Y + b Z.
+        let (middle, slope) = (stretch + bend_z * fibres.offset, [-bend_z, bend_y]);
+        let back = slope.map(|s| -s);
+        let (most, least) = (middle + fibres.greatest_kept(slope), middle - fibres.greatest_kept(back));
+        let strain = S::from_lanes(|l| {
+            let [most, least] = match (&fibres.peak, notch) {
+                (Some(peak), Some(_)) => peak.bounds([0, 1, 2].map(|i| values[i].lane(l))),
+                _ => [most.lane(l), least.lane(l)],
+            };
+            if most >= -least { most } else { least }
+        });
+        Self {
+            tube,
+            place,
+            abscissa,
+            label,
+            curvature: [values[0], values[1]],
+            strain,
+            allowable_strain: design.material.allowable_strain,
+            shear: twist * fibres.shear_arm,
+            allowable_shear: design.material.allowable_shear(),
+            closure: notch.map(|_| fibres.greatest_removed(back) - middle),
+            length: notch.map_or(0.0, |pattern| pattern.length),
+        }
+    }
+}
+
+/// State of the notches of one part of a tube whose first section in the robot has the abscissa `base` (m); the part's label at its
+/// beginning is `from` (m) and its first notch has the number after `notches`. `at` gives the facing label of the leader, κ_Y, κ_Z, the
+/// stretch and the rate of twist at a label of the tube.
+pub(super) fn part_limits(
+    tube: usize,
+    design: &NotchedTube,
+    fibres: &TubeFibres,
+    [from, base, length]: [f64; 3],
+    notches: i32,
+    teeth: Teeth,
+    at: impl Fn(f64) -> (f64, [f64; 4]),
+) -> Vec<SectionLimit> {
+    let mut sections = Vec::new();
+    Pieces { design, fibres, length, base }.visit(|place, abscissa: f64, _, fibres| {
+        let (label, values) = at(from + abscissa);
+        let place = match place {
+            Place::Notch(number) => Place::Notch(number + notches),
+            other => other,
+        };
+        let own = Judged::new(tube, place, design, fibres, teeth, [abscissa, label], values).limit();
+        sections.push(SectionLimit { abscissa: from + abscissa, ..own });
+    });
+    sections
 }
 
 /// The pieces of a tube that are judged.

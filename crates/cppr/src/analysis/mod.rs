@@ -3,11 +3,13 @@
 mod accuracy;
 mod aside;
 pub mod bend;
+mod bundle;
 pub mod capacity;
 pub mod continuation;
 pub mod demand;
 pub mod inverse;
 pub mod limits;
+mod model;
 mod pulls;
 pub mod range;
 mod report;
@@ -18,6 +20,7 @@ mod strains;
 
 pub use accuracy::{ACCURACY, Accuracy, Against};
 pub use bend::total_bend;
+pub use bundle::BundleAnalysis;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
 pub use limits::{

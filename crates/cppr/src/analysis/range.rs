@@ -6,10 +6,10 @@
 //! found by regula falsi (Illinois) on the utilisation less one, or by bisection where there is no equilibrium to take it from. A limit that
 //! is exceeded for less than a step of the walk and then kept again is not seen.
 
-use super::limits::{Governing, Teeth, governing};
+use super::limits::{Governing, Teeth};
+use super::model::Model;
 use crate::solve::input::follower_of;
-use crate::solve::path::settle;
-use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
+use crate::solve::{Command, CommandProblem, Freedom, Input, Solver, Status};
 use nalgebra::Vector3;
 
 /// Why an actuator goes no further.
@@ -87,13 +87,6 @@ const MOST: u32 = 1000;
 const SHORTEST: f64 = 1e-6;
 /// The tip moves by at most this part of the length in one step.
 const NEAR: f64 = 0.05;
-/// Part of the length that a follower may slide.
-const STROKE: f64 = 0.9;
-/// Turns that a follower is followed through, to each side.
-const TURNS: f64 = 2.0 * std::f64::consts::PI;
-/// Bend of the whole robot (rad) that efforts are followed up to, if bending and twist were linear in them.
-const BEND: f64 = 20.0;
-
 impl Solver {
     /// Safe ranges of all inputs about a command that can move, push-pull and rotation of tube 2, then of tube 3, …
     ///
@@ -104,32 +97,15 @@ impl Solver {
         if start.status != Status::Converged {
             return Err(RangeProblem::NoEquilibrium(start.status));
         }
-        let mut walk = Walk { solver: self, teeth, steps: INPUT };
-        let start = walk.state(start);
-        if let Some(nearest) = start.nearest
-            && nearest.utilisation >= 1.0
-        {
-            return Err(RangeProblem::Exceeded(Box::new(nearest)));
-        }
-        let mut ranges = Vec::new();
-        for (input, value) in command.inputs() {
-            let Solver { robot, settings, .. } = &*walk.solver;
-            let moves = match input.freedom {
-                Freedom::Rotation => settings.resolution.angle > 0,
-                Freedom::PushPull => {
-                    !input.is_motion || follower_of(input.tube).is_some_and(|f| settings.can_slide(robot, f))
-                }
-            };
-            if !moves {
-                continue;
+        let moves = |input: Input| match input.freedom {
+            Freedom::Rotation => self.settings.resolution.angle > 0,
+            Freedom::PushPull => {
+                !input.is_motion
+                    || follower_of(input.tube).is_some_and(|f| self.settings.can_slide(&self.robot, f))
             }
-            let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(&start, input, side));
-            if walk.solver.is_stopped() {
-                return Err(RangeProblem::Stopped);
-            }
-            ranges.push(SafeRange { input, start: value, low, high });
-        }
-        Ok(ranges)
+        };
+        let inputs: Vec<Input> = command.inputs().map(|(input, _)| input).filter(|i| moves(*i)).collect();
+        safe_ranges(self, command, start, &inputs, teeth)
     }
 
     /// How much of a command a robot can follow, applied from rest in small steps, all of it in proportion: the greatest part in
@@ -140,98 +116,116 @@ impl Solver {
     pub fn safe_part(&mut self, command: &Command, teeth: Teeth) -> Result<RangeEnd, RangeProblem> {
         self.check(command).map_err(RangeProblem::Command)?;
         let rest = self.solve(&command.scaled(0.0)).map_err(RangeProblem::Command)?;
-        let mut walk = Walk { solver: self, teeth, steps: WHOLE };
-        let start = walk.state(rest);
-        let end = walk.end(&start, &|part| command.scaled(part), [0.0, 1.0], 1.0);
-        if walk.solver.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
+        safe_part(self, rest, teeth, &|part| command.scaled(part))
     }
 }
 
+/// Safe ranges of some inputs about a stable equilibrium.
+pub(super) fn safe_ranges<M: Model>(
+    model: &mut M,
+    command: &M::Command,
+    start: M::Found,
+    inputs: &[Input],
+    teeth: Teeth,
+) -> Result<Vec<SafeRange>, RangeProblem> {
+    let mut walk = Walk { model, teeth, steps: INPUT };
+    let start = walk.state(start);
+    if let Some(nearest) = start.nearest
+        && nearest.utilisation >= 1.0
+    {
+        return Err(RangeProblem::Exceeded(Box::new(nearest)));
+    }
+    let mut ranges = Vec::new();
+    for &input in inputs {
+        let [low, high] = [-1.0, 1.0].map(|side| walk.end_of_input(command, &start, input, side));
+        if walk.model.is_stopped() {
+            return Err(RangeProblem::Stopped);
+        }
+        let value = M::value(command, input).unwrap_or_default();
+        ranges.push(SafeRange { input, start: value, low, high });
+    }
+    Ok(ranges)
+}
+
+/// The greatest part in [0, 1] of a command, from rest, up to which every limit is kept.
+pub(super) fn safe_part<M: Model>(
+    model: &mut M,
+    rest: M::Found,
+    teeth: Teeth,
+    command: &dyn Fn(f64) -> M::Command,
+) -> Result<RangeEnd, RangeProblem> {
+    let mut walk = Walk { model, teeth, steps: WHOLE };
+    let start = walk.state(rest);
+    let end = walk.end(&start, command, [0.0, 1.0], 1.0);
+    if walk.model.is_stopped() { Err(RangeProblem::Stopped) } else { Ok(end) }
+}
+
 /// An equilibrium with what a walk wants to know of it.
-struct State {
-    found: Equilibrium,
+#[derive(Clone)]
+struct State<F> {
+    found: F,
     tip: Vector3<f64>,
     nearest: Option<Governing>,
 }
 
-impl State {
+impl<F> State<F> {
     /// Utilisation less one: negative where the state is safe.
     fn excess(&self) -> f64 {
         self.nearest.map_or(-1.0, |g| g.utilisation - 1.0)
     }
 }
 
-struct Walk<'a> {
-    solver: &'a mut Solver,
+struct Walk<'a, M> {
+    model: &'a mut M,
     teeth: Teeth,
     /// First and longest step, parts of the extent.
     steps: [f64; 2],
 }
 
-impl Walk<'_> {
-    fn state(&mut self, found: Equilibrium) -> State {
-        let sections = self.solver.section_limits(&found, self.teeth);
-        let margin = self.solver.margin(&found);
-        let tip = self.solver.tip(&found).centre;
-        State { nearest: governing(&sections, margin), found, tip }
+impl<M: Model> Walk<'_, M> {
+    fn state(&mut self, found: M::Found) -> State<M::Found> {
+        let nearest = self.model.nearest_limit(&found, self.teeth);
+        State { nearest, tip: self.model.tip(&found).centre, found }
     }
 
     /// The state under a command, if it continues the one given.
-    fn next(&mut self, from: &State, command: &Command) -> Option<State> {
-        if self.solver.is_stopped() {
+    fn next(&mut self, from: &State<M::Found>, command: &M::Command) -> Option<State<M::Found>> {
+        if self.model.is_stopped() {
             return None;
         }
-        // Load stepping from rest may come out on another branch, and takes long to find none.
-        let mut found = from.found.clone();
-        let Solver { robot, settings, buffers, kept: _ } = &mut *self.solver;
-        settle(robot, buffers, command, settings, &mut found);
-        if !found.status.is_equilibrium() {
-            return None;
-        }
+        let found = self.model.continued(command, &from.found)?;
         let state = self.state(found);
-        ((state.tip - from.tip).norm() <= NEAR * self.solver.robot.length()).then_some(state)
+        ((state.tip - from.tip).norm() <= NEAR * self.model.length()).then_some(state)
     }
 
-    fn extent(&self, input: Input) -> f64 {
-        let robot = &self.solver.robot;
-        let length = robot.length();
-        let middle = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length));
-        match (input.freedom, input.is_motion) {
-            (Freedom::PushPull, true) => STROKE * length,
-            (Freedom::Rotation, true) => TURNS,
-            (Freedom::PushPull, false) => {
-                let (stiffness, lever) = middle.fold((0.0, f64::MIN_POSITIVE), |(stiffness, lever), f| {
-                    (stiffness + f.bending_z, f64::max(lever, f.centroid_offset))
-                });
-                BEND * stiffness / (length * lever)
-            }
-            (Freedom::Rotation, false) => BEND * middle.map(|f| f.torsion).sum::<f64>() / length,
-        }
-    }
-
-    fn end_of_input(&mut self, start: &State, input: Input, side: f64) -> RangeEnd {
-        let extent = self.extent(input);
-        let command = &start.found.command;
-        let first = command.value(input).unwrap_or_default();
+    fn end_of_input(
+        &mut self,
+        command: &M::Command,
+        start: &State<M::Found>,
+        input: Input,
+        side: f64,
+    ) -> RangeEnd {
+        let extent = self.model.extent(input);
+        let first = M::value(command, input).unwrap_or_default();
         // A follower stays within its stroke, wherever it started.
         let last = if input.freedom == Freedom::PushPull && input.is_motion {
             side * extent
         } else {
             first + side * extent
         };
-        self.end(start, &|value| command.with_input(input, value), [first, last], side * extent)
+        self.end(start, &|value| M::with_input(command, input, value), [first, last], side * extent)
     }
 
     /// Walks from the first value, where `start` is, to the last; `reach` gives the steps their size and side.
     fn end(
         &mut self,
-        start: &State,
-        command: &dyn Fn(f64) -> Command,
+        start: &State<M::Found>,
+        command: &dyn Fn(f64) -> M::Command,
         [first, last]: [f64; 2],
         reach: f64,
     ) -> RangeEnd {
         let (side, extent) = (reach.signum(), reach.abs());
-        let mut here = State { found: start.found.clone(), ..*start };
+        let mut here = start.clone();
         let [mut step, longest] = self.steps.map(|part| part * extent);
         let mut at = first;
         for _ in 0..MOST {
@@ -243,7 +237,7 @@ impl Walk<'_> {
                 Some(state) if state.excess() < 0.0 => {
                     // As far as the tip may move, at its present speed.
                     let speed = (state.tip - here.tip).norm() / (to - at).abs();
-                    let near = 0.8 * NEAR * self.solver.robot.length() / speed;
+                    let near = 0.8 * NEAR * self.model.length() / speed;
                     step = (1.5 * step).min(longest).min(near.max(SHORTEST * extent));
                     (here, at) = (state, to);
                 }
@@ -258,10 +252,10 @@ impl Walk<'_> {
     /// The crossing of a limit between a safe value and one with the given excess.
     fn refine(
         &mut self,
-        safe: State,
+        safe: State<M::Found>,
         (mut low, mut high): (f64, f64),
         mut above: f64,
-        command: &dyn Fn(f64) -> Command,
+        command: &dyn Fn(f64) -> M::Command,
         sharp: f64,
     ) -> RangeEnd {
         let mut here = safe;

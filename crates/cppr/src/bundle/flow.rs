@@ -7,7 +7,7 @@
 use super::curve::Piece;
 use super::number::Number;
 use super::prepared::{Applied, Prepared, array};
-use super::section::{Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
+use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
 use super::vector::{columns, cross, dot, sum};
 
 /// Numbers of the pose, and of the loads.
@@ -38,6 +38,8 @@ pub(crate) struct Flow<'a, S> {
     pub values: Vec<S>,
     /// Distributed forces that act here, by number.
     pub distributed: Vec<usize>,
+    /// Number of the span.
+    pub span: usize,
     posed: bool,
     /// Where ω was found last.
     omega: [f64; 2],
@@ -60,6 +62,7 @@ impl<'a, S: Number> Flow<'a, S> {
             pieces: Vec::new(),
             values: vec![S::constant(0.0)],
             distributed: Vec::new(),
+            span: 0,
             posed,
             omega: [0.0; 2],
             scratch: Scratch::default(),
@@ -107,6 +110,10 @@ impl<'a, S: Number> Flow<'a, S> {
     }
 
     /// Internal force (N) and moment of the loads beyond about the origin (N m).
+    pub fn loads(&self) -> ([S; 3], [S; 3]) {
+        self.loads_in(&self.values)
+    }
+
     fn loads_in(&self, values: &[S]) -> ([S; 3], [S; 3]) {
         let v = &values[4 * self.present.len() + 1 + POSE..];
         ([v[0], v[1], v[2]], [v[3], v[4], v[5]])
@@ -307,6 +314,13 @@ impl<'a, S: Number> Flow<'a, S> {
         let axes =
             [x, [0, 1, 2].map(|i| y[i] * cos + z[i] * sin), [0, 1, 2].map(|i| z[i] * cos - y[i] * sin)];
         let (force, moment, arm) = load.at(&centre, &axes);
+        self.take_off(force, moment, arm)
+    }
+
+    /// The same for a force (N) and a moment (N m) at a distance (m) from the section's centre, all in world components.
+    pub fn take_off(&mut self, force: [S; 3], moment: [S; 3], arm: [S; 3]) -> SectionLoad<S> {
+        let (centre, turn) = self.pose();
+        let [x, ..] = columns(turn);
         let about_section = sum(moment, cross(arm, force));
         let about_origin = sum(about_section, cross(centre, force));
         let at = 4 * self.present.len() + 1 + POSE;
@@ -315,6 +329,15 @@ impl<'a, S: Number> Flow<'a, S> {
             self.values[at + 3 + i] = self.values[at + 3 + i] - about_origin[i];
         }
         SectionLoad { force_along: dot(force, x), about: dot(about_section, x) }
+    }
+}
+
+impl Flow<'_, f64> {
+    /// What the tubes contribute at the place, with slopes.
+    pub fn locals(&self, omega: [f64; 2]) -> Vec<Local> {
+        let mut scratch = Scratch::default();
+        self.section(&self.values, &mut scratch);
+        scratch.tubes.iter().map(|tube| tube.local(omega, true)).collect()
     }
 }
 

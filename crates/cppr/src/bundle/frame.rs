@@ -102,6 +102,7 @@ impl<'a> Frame<'a> {
             force: self.prepared.dead_force.map(S::constant),
             moment: [zero; 3],
             handed: Vec::new(),
+            wrench: None,
         };
         if self.prepared.loaded {
             base.moment = [twist, take(moment), take(moment)];
@@ -117,6 +118,25 @@ impl<'a> Frame<'a> {
 
     pub fn drives(&self) -> Vec<[f64; 2]> {
         self.command.drives.iter().map(|d| [d.translation.value(), d.rotation.value()]).collect()
+    }
+
+    /// For translation and rotation of every tube, the scaled unknown that answers what is prescribed of it, and its unit; none of a tube that is not there.
+    pub fn conjugates(&self) -> Vec<Option<(usize, f64)>> {
+        let [length, force, _, moment] = self.units();
+        let mut conjugates = Vec::with_capacity(2 * self.present.len());
+        let mut row = 0;
+        for (drive, present) in self.command.drives.iter().zip(&self.present) {
+            if !present {
+                conjugates.extend([None, None]);
+                continue;
+            }
+            let translation = if drive.translation.is_motion() { force } else { length };
+            // A motor's torque is −π.
+            let rotation = if drive.rotation.is_motion() { -moment } else { 1.0 };
+            conjugates.extend([Some((row, translation)), Some((row + 1, rotation))]);
+            row += 2;
+        }
+        conjugates
     }
 
     /// Scaled unknowns from what is known of a neighbour.

@@ -13,6 +13,7 @@ pub(crate) mod course;
 pub(crate) mod curve;
 mod flow;
 pub(crate) mod frame;
+mod index;
 mod metal;
 mod newton;
 mod number;
@@ -82,6 +83,15 @@ impl Bundle {
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
+    }
+
+    /// EI_Z and GJ of all tubes together (N m²), each halfway along its own, and the greatest centroid offset there (m).
+    pub(crate) fn stiffness(&self) -> [f64; 3] {
+        self.tubes.iter().fold([0.0; 3], |[bending, torsion, lever], tube| {
+            let middle = 0.5 * tube.tip;
+            let [offset, _, own_bending, own_torsion, ..] = tube.piece_at(middle).table_at(middle);
+            [bending + own_bending, torsion + own_torsion, f64::max(lever, offset)]
+        })
     }
 
     /// Number of tubes.

@@ -21,6 +21,7 @@ use super::curve::{FIELDS, Piece};
 use super::metal::{balanced, slopes};
 use super::number::{Dual, Field, Number};
 use crate::design::metal::Metal;
+use nalgebra::SMatrix;
 use std::ops::{Add, Mul, Sub};
 
 /// State of one tube at a section.
@@ -209,6 +210,29 @@ impl Local {
             own[..used].copy_from_slice(number.slopes());
         }
         Self { values: all.map(Number::value), slopes, used }
+    }
+
+    /// Slopes of E by the inputs.
+    pub fn gradient(&self) -> [f64; INPUTS] {
+        let [_, my, mz, advance, twist, by_angle, by_label, mass, ay, az] = self.values;
+        [by_label, advance, by_angle, -twist, my, mz, -mass, -mass * ay, -mass * az]
+    }
+
+    /// Second slopes of E by the inputs.
+    pub fn hessian(&self) -> SMatrix<f64, INPUTS, INPUTS> {
+        let [.., mass, ay, az] = self.values;
+        let [_, my, mz, advance, twist, by_angle, by_label, by_mass, by_ay, by_az] = &self.slopes;
+        SMatrix::from_fn(|i, j| match i {
+            0 => by_label[j],
+            1 => advance[j],
+            2 => by_angle[j],
+            3 => -twist[j],
+            4 => my[j],
+            5 => mz[j],
+            6 => -by_mass[j],
+            7 => -(by_mass[j] * ay + mass * by_ay[j]),
+            _ => -(by_mass[j] * az + mass * by_az[j]),
+        })
     }
 }
 

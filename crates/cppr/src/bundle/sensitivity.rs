@@ -1,4 +1,4 @@
-//! Slopes of the tip by the motors.
+//! Derivatives of an equilibrium by its motors and by a wrench on its tip.
 
 use super::frame::Frame;
 use super::newton::MOST;
@@ -6,7 +6,18 @@ use super::number::{Dual, Number};
 use super::solve::{BundleEquilibrium, BundleSolver};
 use super::vector::columns;
 use super::walk::{Outcome, Walk};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use crate::analysis::Sensitivity;
+use crate::solve::{Freedom, Input};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+
+/// Components of a wrench.
+const WRENCH: usize = 6;
+
+/// Slopes of the tip (rows position in m, rotation about the world axes in rad) and of the unknowns, by motors and wrench.
+struct Slopes {
+    tip: DMatrix<f64>,
+    unknowns: DMatrix<f64>,
+}
 
 impl BundleSolver<'_> {
     /// Slopes of the tip by the motors: rows position (m) and rotation about the world axes (rad), columns translation and rotation of
@@ -14,21 +25,63 @@ impl BundleSolver<'_> {
     #[must_use]
     pub fn tip_jacobian(&self, equilibrium: &BundleEquilibrium) -> Option<DMatrix<f64>> {
         let frame = Frame::new(self.bundle, &equilibrium.command, self.stretch);
-        match frame.count() + 2 * self.bundle.tubes.len() + 1 {
-            0..=8 => self.jacobian_with::<8>(&frame, equilibrium),
-            9..=12 => self.jacobian_with::<12>(&frame, equilibrium),
-            13..=16 => self.jacobian_with::<16>(&frame, equilibrium),
-            17..=24 => self.jacobian_with::<24>(&frame, equilibrium),
-            25..=MOST => self.jacobian_with::<MOST>(&frame, equilibrium),
+        Some(self.slopes(&frame, equilibrium, 0)?.tip)
+    }
+
+    /// Jacobians by the motors and compliance, as those of the modal solver; inputs are those of tube 1, of tube 2, … The motion that answers a
+    /// prescribed effort is that at the plate. `None` where the equilibrium is a fold.
+    #[must_use]
+    pub fn sensitivity(&self, equilibrium: &BundleEquilibrium) -> Option<Sensitivity> {
+        let mut frame = Frame::new(self.bundle, &equilibrium.command, self.stretch);
+        frame.prepared.loaded = true;
+        let Slopes { tip, unknowns } = self.slopes(&frame, equilibrium, WRENCH)?;
+        let drives = &equilibrium.command.drives;
+        let inputs: Vec<Input> = (1..)
+            .zip(drives)
+            .flat_map(|(tube, drive)| {
+                [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
+                    .map(|(freedom, told)| Input { tube, freedom, is_motion: told.is_motion() })
+            })
+            .collect();
+        let motors = inputs.len();
+        let conjugates = frame.conjugates();
+        let conjugate = DMatrix::from_fn(motors, motors + WRENCH, |i, j| {
+            conjugates[i].map_or(0.0, |(row, unit)| unit * unknowns[(row, j)])
+        });
+        let tip_jacobian = tip.columns(0, motors).into_owned();
+        let back = equilibrium.frame.transpose();
+        let mut body = tip_jacobian.clone();
+        for half in [0, 3] {
+            let turned = back * tip_jacobian.fixed_rows::<3>(half);
+            body.fixed_rows_mut::<3>(half).copy_from(&turned);
+        }
+        Some(Sensitivity {
+            inputs,
+            tip_jacobian,
+            tip_jacobian_body: body,
+            response: conjugate.columns(0, motors).into_owned(),
+            compliance: Matrix6::from_fn(|i, j| tip[(i, motors + j)]),
+            response_by_wrench: conjugate.columns(motors, WRENCH).into_owned(),
+        })
+    }
+
+    fn slopes(&self, frame: &Frame, equilibrium: &BundleEquilibrium, wrench: usize) -> Option<Slopes> {
+        match frame.count() + 2 * self.bundle.tubes.len() + wrench + 1 {
+            0..=8 => self.slopes_with::<8>(frame, equilibrium, wrench),
+            9..=12 => self.slopes_with::<12>(frame, equilibrium, wrench),
+            13..=16 => self.slopes_with::<16>(frame, equilibrium, wrench),
+            17..=24 => self.slopes_with::<24>(frame, equilibrium, wrench),
+            25..=MOST => self.slopes_with::<MOST>(frame, equilibrium, wrench),
             _ => None,
         }
     }
 
-    fn jacobian_with<const P: usize>(
+    fn slopes_with<const P: usize>(
         &self,
         frame: &Frame,
         equilibrium: &BundleEquilibrium,
-    ) -> Option<DMatrix<f64>> {
+        wrench: usize,
+    ) -> Option<Slopes> {
         let unknowns = frame.scaled(&equilibrium.unknowns);
         let n = unknowns.len();
         let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
@@ -38,14 +91,24 @@ impl BundleSolver<'_> {
             .enumerate()
             .map(|(i, pair)| [Dual::input(pair[0], n + 2 * i), Dual::input(pair[1], n + 2 * i + 1)])
             .collect();
-        let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
-        let outcome = walk.run(&frame.base(&inputs, &drives), &mut equilibrium.between.clone(), None).ok()?;
         let motors = 2 * drives.len();
+        let mut base = frame.base(&inputs, &drives);
+        if wrench > 0 {
+            let [force, moment] =
+                [0, 3].map(|from| [0, 1, 2].map(|i| Dual::input(0.0, n + motors + from + i)));
+            base.wrench = Some([force, moment]);
+            if !frame.prepared.seeks_force {
+                base.force = [0, 1, 2].map(|i| base.force[i] + force[i]);
+            }
+        }
+        let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
+        let outcome = walk.run(&base, &mut equilibrium.between.clone(), None).ok()?;
+        let given = motors + wrench;
         let by_unknowns = DMatrix::from_fn(n, n, |i, j| outcome.residual[i].slopes[j]);
-        let by_motors = DMatrix::from_fn(n, motors, |i, j| -outcome.residual[i].slopes[n + j]);
-        let moved = by_unknowns.lu().solve(&by_motors)?;
+        let by_given = DMatrix::from_fn(n, given, |i, j| -outcome.residual[i].slopes[n + j]);
+        let moved = by_unknowns.lu().solve(&by_given)?;
         let axes = section_axes(&outcome);
-        let pose = DMatrix::from_fn(6, n + motors, |i, j| {
+        let pose = DMatrix::from_fn(6, n + given, |i, j| {
             if i < 3 {
                 outcome.centre[i].slopes[j]
             } else {
@@ -54,7 +117,7 @@ impl BundleSolver<'_> {
                 axes.iter().map(|v| 0.5 * (v[a].value * v[b].slopes[j] - v[b].value * v[a].slopes[j])).sum()
             }
         });
-        Some(pose.columns(n, motors) + pose.columns(0, n) * moved)
+        Some(Slopes { tip: pose.columns(n, given) + pose.columns(0, n) * &moved, unknowns: moved })
     }
 }
 

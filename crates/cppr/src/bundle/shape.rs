@@ -27,6 +27,8 @@ pub struct TubeSection {
     pub torque: f64,
     /// Curvatures about its section axes Y and Z per length of its centroid line (1/m), and its twist (rad/m), less those at rest.
     pub strains: [f64; 3],
+    /// Stretch of its centroid line (-).
+    pub stretch: f64,
 }
 
 /// A section of the bundle.
@@ -71,6 +73,7 @@ fn read(section: &Section<f64>) -> BundleSection {
         // g = x' h°: length of the centroid line per centreline length.
         let rest = 1.0 - offset * rest_z;
         let line = advance * rest;
+        let across = wz * cos - wy * sin;
         TubeSection {
             tube,
             label: own[0],
@@ -82,9 +85,10 @@ fn read(section: &Section<f64>) -> BundleSection {
             torque: own[3],
             strains: [
                 (wy * cos + wz * sin) / line - rest_y / rest,
-                (wz * cos - wy * sin) / line - rest_z / rest,
+                across / line - rest_z / rest,
                 section.rates[place][1] / line,
             ],
+            stretch: (1.0 - offset * across) / line - 1.0,
         }
     });
     BundleSection {

@@ -7,7 +7,7 @@ use super::newton::{Found, SETTLED, Tangent, newton};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
 use super::walk::{Base, Walk};
-use crate::solve::Drive;
+use crate::solve::{Drive, Freedom, Input};
 use crate::statics::{Loads, Station};
 use nalgebra::{Matrix3, Vector3};
 
@@ -36,7 +36,30 @@ pub struct BundleCommand {
 }
 
 impl BundleCommand {
-    pub(super) fn between(&self, start: &Self, share: f64) -> Self {
+    /// What is prescribed: translation and rotation of tube 1, then of tube 2, …
+    #[must_use]
+    pub fn inputs(&self) -> Vec<Input> {
+        let own = |(tube, drive): (usize, &TubeDrive)| {
+            [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
+                .map(|(freedom, told)| Input { tube, freedom, is_motion: told.is_motion() })
+        };
+        (1..).zip(&self.drives).flat_map(own).collect()
+    }
+
+    /// The same command with one input at another value; an input that is not there changes nothing.
+    #[must_use]
+    pub fn with_input(&self, input: Input, value: f64) -> Self {
+        let mut command = self.clone();
+        if let Some(own) = input.tube.checked_sub(1).and_then(|tube| command.drives.get_mut(tube)) {
+            *(match input.freedom {
+                Freedom::PushPull => &mut own.translation,
+                Freedom::Rotation => &mut own.rotation,
+            }) = input.prescribed(value);
+        }
+        command
+    }
+
+    pub(crate) fn between(&self, start: &Self, share: f64) -> Self {
         let mix = |a: Drive, b: Drive| {
             let from = if a.is_motion() == b.is_motion() { a.value() } else { 0.0 };
             b.with_value(from + share * (b.value() - from))
@@ -103,8 +126,7 @@ pub struct BundleEquilibrium {
     pub frame: Matrix3<f64>,
     /// Length of the centreline (m).
     pub length: f64,
-    /// Has the determinant of the conditions the sign that it has at rest, here and after every quarter turn on the way from there? It changes
-    /// where an eigenvalue does, so that a path on which it never changed is stable as rest is.
+    /// Has the second variation no negative eigenvalue, see [`BundleSolver::inertia`]?
     pub stable: bool,
     /// Steps of the integration, and Newton steps.
     pub steps: usize,
@@ -116,6 +138,14 @@ pub struct BundleEquilibrium {
     /// States at the ends of the steps.
     pub(super) between: Steps,
     pub(super) command: BundleCommand,
+}
+
+impl BundleEquilibrium {
+    /// What it is the equilibrium under.
+    #[must_use]
+    pub fn command(&self) -> &BundleCommand {
+        &self.command
+    }
 }
 
 /// Solver of one bundle.
@@ -166,6 +196,12 @@ impl<'a> BundleSolver<'a> {
         Self { stretch, tolerance: self.tolerance, ..Self::new(self.bundle) }
     }
 
+    /// What it solves.
+    #[must_use]
+    pub fn bundle(&self) -> &'a Bundle {
+        self.bundle
+    }
+
     /// All motors held, no load.
     #[must_use]
     pub fn held(&self) -> BundleCommand {
@@ -190,7 +226,7 @@ impl<'a> BundleSolver<'a> {
             let found =
                 newton(&frame, &frame.walk(self.tolerance), start, Steps::default(), ITERATIONS, SETTLED)
                     .ok()?;
-            self.rest = Some(self.conclude(&frame, &held, found, 1.0));
+            self.rest = Some(self.conclude(&frame, &held, found, f64::NAN));
         }
         self.rest.as_ref()
     }
@@ -242,20 +278,32 @@ impl<'a> BundleSolver<'a> {
         };
         let at_once = if share >= 1.0 { direct() } else { None };
         let found = match at_once {
-            Some(found) if found.determinant / reference > 0.0 => Some((found, reference)),
-            other => match self.in_steps(command, start, reference, share) {
-                Some(found) => Some((found, reference)),
-                // What no path of stable equilibria leads to is not called stable.
-                None => other.or_else(direct).map(|found| (found, f64::NAN)),
-            },
+            Some(found) if found.determinant / reference > 0.0 => Some(found),
+            other => self.in_steps(command, start, reference, share).or(other).or_else(direct),
         };
-        let Some((found, reference)) = found else { return Self::lost(command) };
+        let Some(found) = found else { return Self::lost(command) };
         let mut found = self.conclude(&frame, command, found, reference);
         found.error = self.error(&frame, &found);
         found
     }
 
-    /// The equilibrium that Newton's method finds near given forces and a course of the tubes; nothing is said of its stability.
+    /// The equilibrium to which Newton's method leads from a neighbour, without steps on the way; its error is not estimated.
+    #[must_use]
+    pub fn continued(
+        &mut self,
+        command: &BundleCommand,
+        start: &BundleEquilibrium,
+    ) -> Option<BundleEquilibrium> {
+        let reference = self.rest_determinant(command);
+        let frame = Frame::new(self.bundle, command, self.stretch);
+        let begin = frame.scaled(&start.unknowns);
+        let walk = frame.walk(self.tolerance);
+        let found =
+            newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS_IN_STEPS, SETTLED).ok()?;
+        Some(self.conclude(&frame, command, found, reference))
+    }
+
+    /// The equilibrium that Newton's method finds near given forces and a course of the tubes.
     pub(crate) fn near(
         &self,
         command: &BundleCommand,
@@ -325,6 +373,7 @@ impl<'a> BundleSolver<'a> {
     ) -> BundleEquilibrium {
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
         let base = frame.base(&found.unknowns, &frame.drives());
+        let determinant = found.determinant;
         // The pose may ask for shorter steps than what the conditions needed.
         let mut steps = found.steps;
         steps.adapt = true;
@@ -337,20 +386,28 @@ impl<'a> BundleSolver<'a> {
             force: t.tension,
             torque: -t.torque,
         });
-        BundleEquilibrium {
+        let mut found = BundleEquilibrium {
             converged: true,
             efforts: efforts.collect(),
             tip: Vector3::from(outcome.centre),
             frame: section_frame(&outcome),
             length: outcome.length,
-            stable: found.determinant / reference > 0.0,
+            stable: false,
             steps: steps.count(),
             iterations: found.iterations,
             error: [f64::NAN; 2],
             unknowns: frame.unknowns(&found.unknowns),
             between: steps,
             command: command.clone(),
-        }
+        };
+        // The determinant changes its sign with every eigenvalue, and exactly there; it is known but for that at rest.
+        let even = determinant / reference;
+        found.stable = match self.inertia(&found) {
+            Some(0) => even.is_nan() || even > 0.0,
+            Some(1) | None => even > 0.0,
+            Some(_) => false,
+        };
+        found
     }
 
     /// How far the tip (m) and the greatest of the forces (N) move when every step of the integration is halved.

@@ -26,6 +26,8 @@ pub(crate) struct Base<S> {
     pub moment: [S; 3],
     /// Tension and torque beyond a joint of every tube that goes on, the first of each joint left out.
     pub handed: Vec<[S; 2]>,
+    /// Dead force (N) and moment (N m) on the centre of the last tip besides the loads, world components.
+    pub wrench: Option<[[S; 3]; 2]>,
 }
 
 /// What an integration left.
@@ -103,8 +105,9 @@ impl Walk<'_> {
         let mut number = 0;
         while !runner.flow.present.is_empty() {
             runner.span(steps, number)?;
-            runner.look()?;
             number += 1;
+            runner.flow.span = number;
+            runner.look()?;
         }
         steps.end(number);
         runner.finish()
@@ -127,6 +130,7 @@ struct Runner<'a, 'b, S: Number> {
     /// Next stop of every tube.
     next: Vec<usize>,
     handed: std::slice::Iter<'b, [S; 2]>,
+    wrench: Option<[[S; 3]; 2]>,
     residual: Vec<S>,
     conditions: Vec<Condition>,
     last: Option<([S; 3], [S; 4], S, S)>,
@@ -168,6 +172,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             flow,
             next,
             handed: base.handed.iter(),
+            wrench: base.wrench,
             residual: Vec::new(),
             conditions: Vec::new(),
             last: None,
@@ -306,10 +311,14 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             .all(|&tube| station.iter().any(|&(t, l)| t == tube && l >= bundle.tubes[t].tip))
         {
             // The last tip carries the loads that act there.
-            for load in &self.walk.command.tip {
-                let applied = self.flow.apply(load, first);
-                torque = torque - applied.about;
-                energy = energy - applied.force_along;
+            let mut applied: Vec<_> =
+                self.walk.command.tip.iter().map(|load| self.flow.apply(load, first)).collect();
+            if let Some([force, moment]) = self.wrench {
+                applied.push(self.flow.take_off(force, moment, [S::constant(0.0); 3]));
+            }
+            for own in applied {
+                torque = torque - own.about;
+                energy = energy - own.force_along;
             }
             let (centre, turn) = self.flow.pose();
             self.last = Some((centre, turn, self.flow.angle_of_section(first), self.flow.length()));

@@ -1,6 +1,7 @@
 //! Robots and helpers shared by the tests.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+pub mod bundle_cases;
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub mod cases;
 

@@ -11,14 +11,18 @@ mod sense;
 mod shape_match;
 mod uncertainty;
 
+pub(super) use reach::reach;
 pub use reach::{Accuracy, Conditioning, Reach, Target, TipAxis};
+pub(super) use sense::sense;
 pub use sense::{Measured, Sensed};
+pub(super) use shape_match::shape_match;
 pub use shape_match::{ShapeMatch, ShapePoint};
 pub use uncertainty::{Principal, Uncertainty};
 
+use super::model::Model;
 use super::{Bound, SafeRange};
 use crate::design::{FieldValues, Robot};
-use crate::solve::{Command, CommandProblem, Equilibrium, Freedom, Input, Solver, Status};
+use crate::solve::{CommandProblem, Equilibrium, Freedom, Input};
 use nalgebra::DVector;
 use std::fmt;
 
@@ -178,20 +182,14 @@ pub fn farthest(label: f64, length: f64) -> f64 {
     label + 0.25 * length
 }
 
-/// The command with free inputs at the given values.
-fn commanded(command: &Command, free: &[FreeInput], values: &DVector<f64>) -> Command {
-    free.iter().zip(values.iter()).fold(command.clone(), |c, (f, &value)| c.with_input(f.input, value))
-}
-
 /// Checks what every inverse problem with free inputs needs.
-fn check(solver: &Solver, command: &Command, free: &[FreeInput]) -> Result<(), InverseProblem> {
-    solver.check(command).map_err(InverseProblem::Command)?;
+fn check<M: Model>(command: &M::Command, free: &[FreeInput]) -> Result<(), InverseProblem> {
     if free.is_empty() {
         return Err(InverseProblem::NothingFree);
     }
     for own in free {
         let [low, high] = own.bounds;
-        let known = command.actuator(own.input.tube).is_some();
+        let known = M::value(command, own.input).is_some();
         if !(known && low.is_finite() && high.is_finite() && low < high) {
             return Err(InverseProblem::Bounds(own.input));
         }
@@ -206,29 +204,29 @@ fn columns(inputs: &[Input], free: &[FreeInput]) -> Vec<usize> {
 }
 
 /// What a search works on.
-struct Search<'a> {
-    solver: &'a mut Solver,
-    command: &'a Command,
+struct Search<'a, M: Model> {
+    model: &'a mut M,
+    command: &'a M::Command,
     free: &'a [FreeInput],
 }
 
-impl Search<'_> {
+impl<M: Model> Search<'_, M> {
     /// The stable equilibrium at some values: near another one, or from rest.
-    fn at(&mut self, values: &DVector<f64>, near: Option<&Equilibrium>) -> Option<Equilibrium> {
-        if self.solver.is_stopped() {
-            return None;
-        }
-        let command = commanded(self.command, self.free, values);
-        let found = match near {
-            Some(start) => self.solver.solve_from(&command, start),
-            None => self.solver.solve(&command),
-        };
-        found.ok().filter(|found| found.status == Status::Converged)
+    fn at(&mut self, values: &DVector<f64>, near: Option<&M::Found>) -> Option<M::Found> {
+        let command = self.commanded(values)?;
+        self.model.stable(&command, near)
+    }
+
+    /// The command with some values of the free inputs; `None` where somebody asked to stop.
+    fn commanded(&self, values: &DVector<f64>) -> Option<M::Command> {
+        let inputs = self.free.iter().zip(values.iter());
+        let command = inputs.fold(self.command.clone(), |c, (f, &value)| M::with_input(&c, f.input, value));
+        (!self.model.is_stopped()).then_some(command)
     }
 
     /// A stopped search has no answer, whatever it has found.
     fn unless_stopped<T>(&self, best: Option<T>) -> Result<T, InverseProblem> {
-        if self.solver.is_stopped() {
+        if self.model.is_stopped() {
             return Err(InverseProblem::Stopped);
         }
         best.ok_or(InverseProblem::NoEquilibrium)
@@ -248,9 +246,9 @@ impl Search<'_> {
     fn scout(
         &mut self,
         best: usize,
-        mut cost: impl FnMut(&mut Self, &Equilibrium) -> f64,
-    ) -> Vec<(f64, DVector<f64>, Equilibrium)> {
-        let mut list: Vec<(f64, DVector<f64>, Equilibrium)> = Vec::new();
+        mut cost: impl FnMut(&mut Self, &M::Found) -> f64,
+    ) -> Vec<(f64, DVector<f64>, M::Found)> {
+        let mut list: Vec<(f64, DVector<f64>, M::Found)> = Vec::new();
         let dimensions = self.free.len();
         let ratio = plastic_number(dimensions);
         for n in 0..SCOUTS * dimensions {
@@ -259,14 +257,15 @@ impl Search<'_> {
                 self.free.iter().enumerate().map(|(i, own)| {
                     let [low, high] = own.bounds;
                     if n == 0 {
-                        return self.command.value(own.input).unwrap_or_default().clamp(low, high);
+                        return M::value(self.command, own.input).unwrap_or_default().clamp(low, high);
                     }
                     let power = i32::try_from(i).unwrap_or(i32::MAX).saturating_add(1);
                     let share = (0.5 + n as f64 * ratio.powi(-power)).fract();
                     low + share * (high - low)
                 }),
             );
-            let Some(found) = self.at(&values, None) else { continue };
+            let found = self.commanded(&values).and_then(|command| self.model.scouted(&command));
+            let Some(found) = found else { continue };
             let value = cost(self, &found);
             if value.is_finite() {
                 list.push((value, values, found));

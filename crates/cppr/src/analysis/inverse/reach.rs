@@ -6,6 +6,7 @@
 
 use super::least_squares::{Evaluated, minimise};
 use super::{FreeInput, InverseProblem, STARTS, Search, check, columns};
+use crate::analysis::model::Model;
 use crate::analysis::sensitivity::Sensitivity;
 use crate::kinematics::TipPose;
 use crate::solve::{Command, Equilibrium, Solver};
@@ -79,7 +80,7 @@ pub struct Conditioning {
 
 /// Answer to a target.
 #[derive(Clone, Debug)]
-pub struct Reach {
+pub struct Reach<E = Equilibrium> {
     /// Did the tip get there?
     pub reached: bool,
     /// Value of each free input (m, rad, N or N m).
@@ -87,7 +88,7 @@ pub struct Reach {
     /// Is the value at its lower or upper bound?
     pub at_bound: Vec<bool>,
     /// The equilibrium, with the whole command.
-    pub equilibrium: Equilibrium,
+    pub equilibrium: E,
     /// Tip position (m).
     pub position: Vector3<f64>,
     /// Tip tangent.
@@ -121,14 +122,8 @@ impl Solver {
         target: &Target,
         accuracy: &Accuracy,
     ) -> Result<Reach, InverseProblem> {
-        let target = target.checked()?;
-        check(self, command, free)?;
-        let length = self.robot.length();
-        let mut search = Search { solver: self, command, free };
-        let starts =
-            search.scout(STARTS, |search, found| target.residual(&search.solver.tip(found), length).norm());
-        let starts = starts.into_iter().map(|(_, values, found)| (values, found)).collect();
-        searched(&mut search, &target, accuracy, starts)
+        self.check(command).map_err(InverseProblem::Command)?;
+        reach(self, command, free, target, accuracy)
     }
 
     /// Actuator values for a wanted tip, sought from one equilibrium, whose robot, command and settings hold: the search stays on its branch and looks nowhere else. Where
@@ -147,23 +142,42 @@ impl Solver {
         let target = target.checked()?;
         (self.robot, self.settings) = (start.robot().clone(), *start.settings());
         let command = start.command();
-        check(self, command, free)?;
+        self.check(command).map_err(InverseProblem::Command)?;
+        check::<Self>(command, free)?;
         let value = |free: &FreeInput| command.value(free.input).unwrap_or_default();
         let values = DVector::from_iterator(free.len(), free.iter().map(value));
-        let mut search = Search { solver: self, command, free };
+        let mut search = Search { model: self, command, free };
         searched(&mut search, &target, accuracy, vec![(values, start.clone())])
     }
 }
 
-/// The best that is found from several starts, the most promising first.
-fn searched(
-    search: &mut Search,
+/// Values of the free inputs for a target, sought from the best of many places between their bounds.
+pub(in crate::analysis) fn reach<M: Model>(
+    model: &mut M,
+    command: &M::Command,
+    free: &[FreeInput],
     target: &Target,
     accuracy: &Accuracy,
-    starts: Vec<(DVector<f64>, Equilibrium)>,
-) -> Result<Reach, InverseProblem> {
+) -> Result<Reach<M::Found>, InverseProblem> {
+    let target = target.checked()?;
+    check::<M>(command, free)?;
+    let length = model.length();
+    let mut search = Search { model, command, free };
+    let starts =
+        search.scout(STARTS, |search, found| target.residual(&search.model.tip(found), length).norm());
+    let starts = starts.into_iter().map(|(_, values, found)| (values, found)).collect();
+    searched(&mut search, &target, accuracy, starts)
+}
+
+/// The best that is found from several starts, the most promising first.
+fn searched<M: Model>(
+    search: &mut Search<M>,
+    target: &Target,
+    accuracy: &Accuracy,
+    starts: Vec<(DVector<f64>, M::Found)>,
+) -> Result<Reach<M::Found>, InverseProblem> {
     let (units, bounds) = (search.units(), search.bounds());
-    let mut best: Option<(f64, DVector<f64>, Equilibrium)> = None;
+    let mut best: Option<(f64, DVector<f64>, M::Found)> = None;
     for (values, found) in starts {
         let Some(first) = evaluated(search, found, target) else { continue };
         let outcome = minimise(values, first, &bounds, &units, |values, near| {
@@ -209,10 +223,14 @@ impl Target {
     }
 }
 
-fn evaluated(search: &mut Search, found: Equilibrium, target: &Target) -> Option<Evaluated<Equilibrium>> {
-    let length = search.solver.robot.length();
-    let exact = search.solver.sensitivity(&found).ok()?;
-    let tip = search.solver.tip(&found);
+fn evaluated<M: Model>(
+    search: &mut Search<M>,
+    found: M::Found,
+    target: &Target,
+) -> Option<Evaluated<M::Found>> {
+    let length = search.model.length();
+    let exact = search.model.slopes(&found)?;
+    let tip = search.model.tip(&found);
     let own = exact.tip_jacobian.select_columns(&columns(&exact.inputs, search.free));
     let tangent = tip.tangent();
     let residual = target.residual(&tip, length);
@@ -228,22 +246,22 @@ fn evaluated(search: &mut Search, found: Equilibrium, target: &Target) -> Option
     Some(Evaluated { residual, jacobian, state: found })
 }
 
-fn conclude(
-    search: &mut Search,
+fn conclude<M: Model>(
+    search: &mut Search<M>,
     target: &Target,
     accuracy: &Accuracy,
     values: &DVector<f64>,
-    equilibrium: Equilibrium,
-) -> Reach {
-    let length = search.solver.robot.length();
-    let tip = search.solver.tip(&equilibrium);
+    equilibrium: M::Found,
+) -> Reach<M::Found> {
+    let length = search.model.length();
+    let tip = search.model.tip(&equilibrium);
     let (position, direction) = (tip.centre, tip.tangent());
     let distance = target.position.map(|wanted| (position - wanted).norm());
     let angle = target.direction.map(|wanted| direction.cross(&wanted).norm().atan2(direction.dot(&wanted)));
     let depends_on_path = search
         .at(values, None)
-        .is_none_or(|other| (search.solver.tip(&other).centre - position).norm() > ARRIVED * length);
-    let exact = search.solver.sensitivity(&equilibrium).ok();
+        .is_none_or(|other| (search.model.tip(&other).centre - position).norm() > ARRIVED * length);
+    let exact = search.model.slopes(&equilibrium);
     let conditioning = exact.map(|exact| Conditioning::new(&exact, search.free, accuracy));
     let near = |i: usize, end: usize| {
         let [low, high] = search.free[i].bounds;

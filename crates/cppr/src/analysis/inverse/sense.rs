@@ -6,8 +6,8 @@
 use super::InverseProblem;
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use crate::design::Robot;
-use crate::solve::{Command, Equilibrium, Freedom, Quantity, Solver, Status};
+use crate::analysis::model::Model;
+use crate::solve::{Command, Equilibrium, Freedom, Input, Solver};
 use crate::statics::Wrench;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -24,7 +24,7 @@ pub enum Measured {
 
 /// The wrench that explains the measurements best.
 #[derive(Clone, Debug)]
-pub struct Sensed {
+pub struct Sensed<E = Equilibrium> {
     /// Force on the tip's centre, base frame (N).
     pub force: Vector3<f64>,
     /// Moment, base frame (N m); zero where only a force was looked for.
@@ -35,7 +35,7 @@ pub struct Sensed {
     /// missed by many, no wrench explains it.
     pub misses: Vec<f64>,
     /// The equilibrium under it.
-    pub equilibrium: Equilibrium,
+    pub equilibrium: E,
 }
 
 /// Units of the search against the force that bends the robot by 1 rad: known to no better than that is not known.
@@ -69,35 +69,42 @@ impl Solver {
     ) -> Result<Sensed, InverseProblem> {
         (self.robot, self.settings) = (start.robot().clone(), *start.settings());
         let command = start.command();
-        let unknowns = if with_moment { 6 } else { 3 };
-        check(&self.robot, command, measured)?;
-        let robot = &self.robot;
-        let length = robot.length();
-        let stiffness: f64 =
-            (0..robot.tube_count()).map(|t| robot.fields_at(t, 0.5 * length).bending_z).sum();
-        let force = RANGE * stiffness / (length * length);
-        let units: Vec<f64> = (0..unknowns).map(|i| if i < 3 { force } else { force * length }).collect();
-        let bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; unknowns];
-        let zero = DVector::zeros(unknowns);
-        let first = stable(start.clone())
-            .and_then(|found| evaluated(self, found, measured, unknowns))
-            .ok_or(InverseProblem::NoEquilibrium)?;
-        let outcome = minimise(zero, first, &bounds, &units, |wrench, near| {
-            let mut loaded = command.clone();
-            loaded.loads.wrenches.push(wrench_of(wrench));
-            let found = self.solve_from(&loaded, near).ok().and_then(stable)?;
-            evaluated(self, found, measured, unknowns)
-        });
-        let wrench = wrench_of(&outcome.values);
-        let Evaluated { residual, jacobian, .. } = &outcome.best;
-        Ok(Sensed {
-            force: wrench.force,
-            moment: wrench.moment,
-            uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
-            misses: misses(measured, residual),
-            equilibrium: outcome.best.state,
-        })
+        sense(self, command, Some(start.clone()), measured, with_moment)
     }
+}
+
+/// The wrench on the tip of any robot, from its equilibrium under the command.
+pub(in crate::analysis) fn sense<M: Model>(
+    model: &mut M,
+    command: &M::Command,
+    start: Option<M::Found>,
+    measured: &[Measured],
+    with_moment: bool,
+) -> Result<Sensed<M::Found>, InverseProblem> {
+    let unknowns = if with_moment { 6 } else { 3 };
+    check::<M>(model.length(), command, measured)?;
+    let (length, [stiffness, ..]) = (model.length(), model.stiffness());
+    let force = RANGE * stiffness / (length * length);
+    let units: Vec<f64> = (0..unknowns).map(|i| if i < 3 { force } else { force * length }).collect();
+    let bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; unknowns];
+    let zero = DVector::zeros(unknowns);
+    let first = start
+        .filter(M::is_stable)
+        .and_then(|found| evaluated(model, found, measured, unknowns))
+        .ok_or(InverseProblem::NoEquilibrium)?;
+    let outcome = minimise(zero, first, &bounds, &units, |wrench, near| {
+        let found = model.stable(&M::with_wrench(command, wrench_of(wrench)), Some(near))?;
+        evaluated(model, found, measured, unknowns)
+    });
+    let wrench = wrench_of(&outcome.values);
+    let Evaluated { residual, jacobian, .. } = &outcome.best;
+    Ok(Sensed {
+        force: wrench.force,
+        moment: wrench.moment,
+        uncertainty: Uncertainty::new(residual, jacobian, residual.len(), &units),
+        misses: misses(measured, residual),
+        equilibrium: outcome.best.state,
+    })
 }
 
 /// Sizes of the residuals that belong to each measurement.
@@ -115,10 +122,6 @@ fn misses(measured: &[Measured], residual: &DVector<f64>) -> Vec<f64> {
     sizes.collect()
 }
 
-fn stable(found: Equilibrium) -> Option<Equilibrium> {
-    (found.status == Status::Converged).then_some(found)
-}
-
 fn wrench_of(values: &DVector<f64>) -> Wrench {
     let part = |from: usize| match values.as_slice().get(from..from + 3) {
         Some([x, y, z]) => Vector3::new(*x, *y, *z),
@@ -127,20 +130,20 @@ fn wrench_of(values: &DVector<f64>) -> Wrench {
     Wrench { moment: part(3), ..Wrench::tip_force(part(0)) }
 }
 
-fn check(robot: &Robot, command: &Command, measured: &[Measured]) -> Result<(), InverseProblem> {
+fn check<M: Model>(length: f64, command: &M::Command, measured: &[Measured]) -> Result<(), InverseProblem> {
     if measured.is_empty() {
         return Err(InverseProblem::NothingGiven);
     }
     for one in measured {
         let (values, deviation, what) = match *one {
             Measured::Effort(tube, freedom, value, deviation) => {
-                if !command.actuator(tube).is_some_and(|actuator| actuator.drive(freedom).is_motion()) {
+                if !M::is_motion(command, Input { tube, freedom, is_motion: true }) {
                     return Err(InverseProblem::EffortPrescribed(tube));
                 }
                 (Vector3::new(value, 0.0, 0.0), deviation, "a measured effort")
             }
             Measured::Position(position, deviation) => {
-                (position, deviation / robot.length(), "the measured position")
+                (position, deviation / length, "the measured position")
             }
             Measured::Direction(direction, deviation) => (direction, deviation, "the measured direction"),
         };
@@ -153,14 +156,14 @@ fn check(robot: &Robot, command: &Command, measured: &[Measured]) -> Result<(), 
     Ok(())
 }
 
-fn evaluated(
-    solver: &mut Solver,
-    found: Equilibrium,
+fn evaluated<M: Model>(
+    model: &mut M,
+    found: M::Found,
     measured: &[Measured],
     unknowns: usize,
-) -> Option<Evaluated<Equilibrium>> {
-    let exact = solver.sensitivity(&found).ok()?;
-    let tip = solver.tip(&found);
+) -> Option<Evaluated<M::Found>> {
+    let exact = model.slopes(&found)?;
+    let tip = model.tip(&found);
     let (position, tangent) = (tip.centre, tip.tangent());
     let (mut residual, mut rows) = (Vec::new(), Vec::new());
     let mut add = |difference: f64, row: Vec<f64>, deviation: f64| {
@@ -171,7 +174,7 @@ fn evaluated(
         match *one {
             Measured::Effort(tube, freedom, value, deviation) => {
                 let place = exact.inputs.iter().position(|i| i.tube == tube && i.freedom == freedom)?;
-                let effort = found.actuator(tube)?.get(Quantity::of(freedom, false));
+                let effort = M::actual(&found, Input { tube, freedom, is_motion: false })?;
                 let row = exact.response_by_wrench.row(place).iter().copied().collect();
                 add(effort - value, row, deviation);
             }

@@ -5,8 +5,9 @@
 
 use super::least_squares::{Evaluated, minimise};
 use super::uncertainty::Uncertainty;
-use super::{FreeInput, InverseProblem, STARTS, Search, check, columns, farthest};
-use crate::solve::{Command, Equilibrium, Solver};
+use super::{FreeInput, InverseProblem, STARTS, Search, check, farthest};
+use crate::analysis::model::Model;
+use crate::solve::{Command, Equilibrium, Input, Solver};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// A point on the centreline.
@@ -22,7 +23,7 @@ pub struct ShapePoint {
 
 /// Answer to a set of points.
 #[derive(Clone, Debug)]
-pub struct ShapeMatch {
+pub struct ShapeMatch<E = Equilibrium> {
     /// Value of each free input (m, rad, N or N m).
     pub values: Vec<f64>,
     /// Uncertainty of the values.
@@ -30,7 +31,7 @@ pub struct ShapeMatch {
     /// Is the value at its lower or upper bound?
     pub at_bound: Vec<bool>,
     /// The equilibrium, with the whole command.
-    pub equilibrium: Equilibrium,
+    pub equilibrium: E,
     /// Distance of every point from its place on the centreline (m).
     pub distances: Vec<f64>,
     /// Root mean square of the distances (m).
@@ -56,54 +57,60 @@ impl Solver {
         free: &[FreeInput],
         points: &[ShapePoint],
     ) -> Result<ShapeMatch, InverseProblem> {
-        check(self, command, free)?;
-        if points.is_empty() {
-            return Err(InverseProblem::NothingGiven);
-        }
-        check_points(points, self.robot.length())?;
-        // A point without label says nothing along the line.
-        let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
-        if numbers < free.len() {
-            return Err(InverseProblem::TooFew(numbers, free.len()));
-        }
-        let mut search = Search { solver: self, command, free };
-        let (units, bounds) = (search.units(), search.bounds());
-        let starts =
-            search.scout(STARTS, |search, found| places(search, points, found).residual(points).norm());
-        let mut best: Option<(f64, DVector<f64>, Evaluated<Equilibrium>)> = None;
-        for (_, values, found) in starts {
-            let Some(first) = evaluated(&mut search, found, points) else { continue };
-            let outcome = minimise(values, first, &bounds, &units, |values, near| {
-                let found = search.at(values, Some(near))?;
-                evaluated(&mut search, found, points)
-            });
-            let left = outcome.best.residual.norm();
-            if best.as_ref().is_none_or(|b| left < b.0) {
-                best = Some((left, outcome.values, outcome.best));
-            }
-        }
-        let (_, values, best) = search.unless_stopped(best)?;
-        let at_end = places(&mut search, points, &best.state);
-        let distances: Vec<f64> = at_end
-            .offsets
-            .iter()
-            .zip(&at_end.across)
-            .map(|(offset, across)| (across * offset).norm())
-            .collect();
-        let uncertainty = Uncertainty::new(&best.residual, &best.jacobian, numbers, &units);
-        Ok(ShapeMatch {
-            at_bound: bounds
-                .iter()
-                .zip(values.iter())
-                .map(|([low, high], v)| (v - low).min(high - v) <= 1e-6 * (high - low))
-                .collect(),
-            values: values.as_slice().to_vec(),
-            uncertainty,
-            equilibrium: best.state,
-            rms: (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt(),
-            distances,
-        })
+        self.check(command).map_err(InverseProblem::Command)?;
+        shape_match(self, command, free, points)
     }
+}
+
+/// Values of the free inputs for which the centreline of any robot is nearest to the points.
+pub(in crate::analysis) fn shape_match<M: Model>(
+    model: &mut M,
+    command: &M::Command,
+    free: &[FreeInput],
+    points: &[ShapePoint],
+) -> Result<ShapeMatch<M::Found>, InverseProblem> {
+    check::<M>(command, free)?;
+    if points.is_empty() {
+        return Err(InverseProblem::NothingGiven);
+    }
+    check_points(points, model.length())?;
+    // A point without label says nothing along the line.
+    let numbers: usize = points.iter().map(|p| if p.label.is_some() { 3 } else { 2 }).sum();
+    if numbers < free.len() {
+        return Err(InverseProblem::TooFew(numbers, free.len()));
+    }
+    let mut search = Search { model, command, free };
+    let (units, bounds) = (search.units(), search.bounds());
+    let starts = search.scout(STARTS, |search, found| places(search, points, found).residual(points).norm());
+    let mut best: Option<(f64, DVector<f64>, Evaluated<M::Found>)> = None;
+    for (_, values, found) in starts {
+        let Some(first) = evaluated(&mut search, found, points) else { continue };
+        let outcome = minimise(values, first, &bounds, &units, |values, near| {
+            let found = search.at(values, Some(near))?;
+            evaluated(&mut search, found, points)
+        });
+        let left = outcome.best.residual.norm();
+        if best.as_ref().is_none_or(|b| left < b.0) {
+            best = Some((left, outcome.values, outcome.best));
+        }
+    }
+    let (_, values, best) = search.unless_stopped(best)?;
+    let at_end = places(&mut search, points, &best.state);
+    let distances: Vec<f64> =
+        at_end.offsets.iter().zip(&at_end.across).map(|(offset, across)| (across * offset).norm()).collect();
+    let uncertainty = Uncertainty::new(&best.residual, &best.jacobian, numbers, &units);
+    Ok(ShapeMatch {
+        at_bound: bounds
+            .iter()
+            .zip(values.iter())
+            .map(|([low, high], v)| (v - low).min(high - v) <= 1e-6 * (high - low))
+            .collect(),
+        values: values.as_slice().to_vec(),
+        uncertainty,
+        equilibrium: best.state,
+        rms: (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt(),
+        distances,
+    })
 }
 
 /// Are the points finite, and where a robot of this length may be?
@@ -150,27 +157,26 @@ impl Places {
     }
 }
 
-fn places(search: &mut Search, points: &[ShapePoint], found: &Equilibrium) -> Places {
-    let solver = &mut *search.solver;
-    let length = solver.robot.length();
+fn places<M: Model>(search: &mut Search<M>, points: &[ShapePoint], found: &M::Found) -> Places {
+    let model = &mut *search.model;
+    let length = model.length();
     let known = points.iter().all(|p| p.label.is_some());
     let line: Vec<(f64, Vector3<f64>)> = if known {
         Vec::new()
     } else {
         let samples: Vec<f64> = (0..=SPACES).map(|i| length * f64::from(i) / f64::from(SPACES)).collect();
-        let shape = solver.shape_at(found, &samples);
-        shape.sections.iter().map(|s| (s.label, s.centre)).collect()
+        let places = model.places(found, &samples);
+        samples.iter().zip(&places).map(|(label, [centre, _])| (*label, *centre)).collect()
     };
     let labels: Vec<f64> = points
         .iter()
         .map(|p| p.label.map_or_else(|| nearest(&line, &p.position), |x| x.min(length)))
         .collect();
-    let shape = solver.shape_at(found, &labels);
-    let offsets = shape.sections.iter().zip(points).map(|(s, p)| s.centre - p.position).collect();
-    let across = shape.sections.iter().zip(points).map(|(section, point)| {
-        let tangent = section.rotation.column(0);
+    let sections = model.places(found, &labels);
+    let offsets = sections.iter().zip(points).map(|([centre, _], p)| centre - p.position).collect();
+    let across = sections.iter().zip(&labels).zip(points).map(|(([_, tangent], label), point)| {
         // At the ends a point may lie beyond the line.
-        let inside = section.label > 0.0 && section.label < length;
+        let inside = *label > 0.0 && *label < length;
         if point.label.is_none() && inside {
             Matrix3::identity() - tangent * tangent.transpose()
         } else {
@@ -195,21 +201,14 @@ fn nearest(line: &[(f64, Vector3<f64>)], point: &Vector3<f64>) -> f64 {
     best.1
 }
 
-fn evaluated(
-    search: &mut Search,
-    found: Equilibrium,
+fn evaluated<M: Model>(
+    search: &mut Search<M>,
+    found: M::Found,
     points: &[ShapePoint],
-) -> Option<Evaluated<Equilibrium>> {
+) -> Option<Evaluated<M::Found>> {
     let here = places(search, points, &found);
-    let centres = |solver: &mut Solver, moved: &Equilibrium| -> Vec<f64> {
-        let shape = solver.shape_at(moved, &here.labels);
-        shape.sections.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z]).collect()
-    };
-    let slopes = search.solver.outputs_by_inputs(&found, centres).ok()?;
-    let own = slopes.select_columns(&columns(
-        &found.command.inputs().map(|(input, _)| input).collect::<Vec<_>>(),
-        search.free,
-    ));
+    let inputs: Vec<Input> = search.free.iter().map(|free| free.input).collect();
+    let own = search.model.place_slopes(&found, &here.labels, &inputs)?;
     let mut jacobian = DMatrix::zeros(3 * points.len(), own.ncols());
     for (i, (across, point)) in here.across.iter().zip(points).enumerate() {
         let block = across * own.fixed_rows::<3>(3 * i) / point.deviation;

@@ -1,0 +1,356 @@
+//! Limits, ranges and inverse problems of a bundle, by the same methods as those of the modal solver.
+
+use super::inverse;
+use super::inverse::{
+    Accuracy, FreeInput, InverseProblem, Measured, Reach, Sensed, ShapeMatch, ShapePoint, Target,
+};
+use super::limits::{Governing, SectionLimit, Teeth, governing, part_limits};
+use super::model::Model;
+use super::range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_part, safe_ranges};
+use super::sensitivity::Sensitivity;
+use crate::bundle::BundleDesign;
+use crate::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
+use crate::design::TubeDesign;
+use crate::design::fibre::TubeFibres;
+use crate::kinematics::TipPose;
+use crate::solve::{Drive, Freedom, Input, Reason, Status};
+use crate::statics::Wrench;
+use nalgebra::{DMatrix, Vector3};
+use std::f64::consts::PI;
+
+/// A bundle with what it is made of.
+#[derive(Debug)]
+pub struct BundleAnalysis<'a> {
+    /// Its solver.
+    pub solver: BundleSolver<'a>,
+    design: &'a BundleDesign,
+    /// Of the notched parts of every tube: the label at which it begins (m), how many notches there are before it, its sections.
+    parts: Vec<Vec<(f64, i32, Option<TubeFibres>)>>,
+}
+
+/// Sections at which fields are read, per length.
+const SECTIONS: f64 = 400.0;
+/// Parts of an input's extent by which slopes of places are taken.
+const SMALL: f64 = 1e-5;
+
+impl<'a> BundleAnalysis<'a> {
+    /// Of the bundle that a solver has and a design describes.
+    #[must_use]
+    pub fn new(solver: BundleSolver<'a>, design: &'a BundleDesign) -> Self {
+        let parts = design.tubes.iter().map(|tube| {
+            let (mut from, mut notches) = (0.0, 0);
+            let own = tube.parts.iter().map(|part| {
+                let fibres = match &part.body {
+                    TubeDesign::Notched(notched) => Some(TubeFibres::of(notched, part.length)),
+                    TubeDesign::Stiffness(_) => None,
+                };
+                let count = fibres.as_ref().map_or(0, |fibres| fibres.notches.len());
+                let own = (from, notches, fibres);
+                from += part.length;
+                notches += i32::try_from(count).unwrap_or(i32::MAX);
+                own
+            });
+            own.collect()
+        });
+        Self { solver, design, parts: parts.collect() }
+    }
+
+    /// What the bundle is made of.
+    #[must_use]
+    pub fn design(&self) -> &'a BundleDesign {
+        self.design
+    }
+
+    /// Motors between the ends of their safe ranges; where nothing was met, up to half a turn of bend or rotation.
+    #[must_use]
+    pub fn free_within(&self, ranges: &[SafeRange]) -> Vec<FreeInput> {
+        let [.., lever] = self.stiffness();
+        let free = |range: &SafeRange| {
+            let natural = match (range.input.freedom, range.input.is_motion) {
+                (Freedom::PushPull, true) if lever > 0.0 => 2.0 * PI * lever,
+                (Freedom::Rotation, true) => PI,
+                _ => f64::INFINITY,
+            };
+            let cut = |end: &RangeEnd| match end.bound {
+                Bound::Open => end.value.clamp(range.start.min(-natural), range.start.max(natural)),
+                _ => end.value,
+            };
+            FreeInput { input: range.input, bounds: [cut(&range.low), cut(&range.high)] }
+        };
+        ranges.iter().map(free).filter(|free| free.bounds[0] < free.bounds[1]).collect()
+    }
+
+    /// State of every notch that stands before the plate, tube by tube; sections of uncut parts likewise. Parts given by their stiffness have
+    /// no fibres and are left out, and so is what comes up from below the plate but for the first part.
+    #[must_use]
+    pub fn section_limits(&self, found: &BundleEquilibrium, teeth: Teeth) -> Vec<SectionLimit> {
+        if !found.converged {
+            return Vec::new();
+        }
+        let shape = self.solver.shape(found, self.solver.bundle().length() / SECTIONS);
+        let mut limits = Vec::new();
+        for (tube, (design, parts)) in self.design.tubes.iter().zip(&self.parts).enumerate() {
+            // Label, facing label of the leader, κ_Y, κ_Z, stretch, twist.
+            let mut rows: Vec<[f64; 6]> = Vec::new();
+            for section in &shape {
+                let Some(own) = section.tubes.iter().find(|own| own.tube == tube) else { continue };
+                let leader = section.tubes.iter().find(|own| own.tube == 0);
+                let [y, z, twist] = own.strains;
+                rows.push([own.label, leader.map_or(section.length, |l| l.label), y, z, own.stretch, twist]);
+            }
+            let Some(&[plate, ..]) = rows.first() else { continue };
+            let at = |label: f64| {
+                let [_, facing, values @ ..] = interpolated(&rows, label);
+                (facing, values)
+            };
+            for (number, (part, (from, notches, fibres))) in design.parts.iter().zip(parts).enumerate() {
+                let (TubeDesign::Notched(notched), Some(fibres)) = (&part.body, fibres) else { continue };
+                let first = design.parts[..number].iter().all(|before| before.length <= 0.0);
+                let base = if first { plate - from } else { (plate - from).max(0.0) };
+                if part.length <= 0.0 || base >= part.length {
+                    continue;
+                }
+                let place = [*from, base, part.length];
+                limits.extend(part_limits(tube + 1, notched, fibres, place, *notches, teeth, at));
+            }
+        }
+        limits
+    }
+
+    /// Safe ranges of all motors about a command.
+    ///
+    /// # Errors
+    /// Where the command itself is not safe.
+    pub fn safe_ranges(
+        &mut self,
+        command: &BundleCommand,
+        teeth: Teeth,
+    ) -> Result<Vec<SafeRange>, RangeProblem> {
+        let start = self.start(command)?;
+        safe_ranges(self, command, start, &command.inputs(), teeth)
+    }
+
+    /// The safe range of one motor.
+    ///
+    /// # Errors
+    /// As [`Self::safe_ranges`].
+    pub fn safe_range(
+        &mut self,
+        command: &BundleCommand,
+        input: Input,
+        teeth: Teeth,
+    ) -> Result<SafeRange, RangeProblem> {
+        let start = self.start(command)?;
+        Ok(safe_ranges(self, command, start, &[input], teeth)?.swap_remove(0))
+    }
+
+    /// How much of a command the robot can follow from rest with all limits kept, a part in [0, 1].
+    ///
+    /// # Errors
+    /// Where rest itself is not found.
+    pub fn safe_part(&mut self, command: &BundleCommand, teeth: Teeth) -> Result<RangeEnd, RangeProblem> {
+        let held = self.solver.held();
+        let rest = self.start(&command.between(&held, 0.0))?;
+        safe_part(self, rest, teeth, &|part| command.between(&held, part))
+    }
+
+    fn start(&mut self, command: &BundleCommand) -> Result<BundleEquilibrium, RangeProblem> {
+        let found = self.solver.solve(command);
+        match (found.converged, found.stable) {
+            (true, true) => Ok(found),
+            (true, false) => Err(RangeProblem::NoEquilibrium(Status::Unstable)),
+            (false, _) => {
+                let reason = Reason::PathEnds { fraction: 0.0 };
+                Err(RangeProblem::NoEquilibrium(Status::NotConverged(reason)))
+            }
+        }
+    }
+
+    /// Values of the free inputs for a wanted tip.
+    ///
+    /// # Errors
+    /// Where nothing can be searched for.
+    pub fn reach(
+        &mut self,
+        command: &BundleCommand,
+        free: &[FreeInput],
+        target: &Target,
+        accuracy: &Accuracy,
+    ) -> Result<Reach<BundleEquilibrium>, InverseProblem> {
+        inverse::reach(self, command, free, target, accuracy)
+    }
+
+    /// The force, or wrench, on the tip that explains measurements best.
+    ///
+    /// # Errors
+    /// Where the measurements cannot be used, or no stable equilibrium explains them.
+    pub fn sense(
+        &mut self,
+        command: &BundleCommand,
+        measured: &[Measured],
+        with_moment: bool,
+    ) -> Result<Sensed<BundleEquilibrium>, InverseProblem> {
+        let start = self.stable(command, None);
+        inverse::sense(self, command, start, measured, with_moment)
+    }
+
+    /// Values of the free inputs for which the centreline is nearest to points; a point's label is the length of the centreline up to it.
+    ///
+    /// # Errors
+    /// Where nothing can be searched for.
+    pub fn shape_match(
+        &mut self,
+        command: &BundleCommand,
+        free: &[FreeInput],
+        points: &[ShapePoint],
+    ) -> Result<ShapeMatch<BundleEquilibrium>, InverseProblem> {
+        inverse::shape_match(self, command, free, points)
+    }
+}
+
+/// A row at a label between those that are known: they grow, and where two are alike the fields jump.
+fn interpolated(rows: &[[f64; 6]], label: f64) -> [f64; 6] {
+    let next = rows.partition_point(|row| row[0] < label).clamp(1, rows.len().max(2) - 1);
+    let (Some(a), Some(b)) = (rows.get(next - 1), rows.get(next)) else { return rows[0] };
+    let way = b[0] - a[0];
+    let share = if way > 0.0 { ((label - a[0]) / way).clamp(0.0, 1.0) } else { 0.0 };
+    std::array::from_fn(|i| a[i] + share * (b[i] - a[i]))
+}
+
+fn drive(command: &BundleCommand, input: Input) -> Option<Drive> {
+    let own = command.drives.get(input.tube.checked_sub(1)?)?;
+    Some(match input.freedom {
+        Freedom::PushPull => own.translation,
+        Freedom::Rotation => own.rotation,
+    })
+}
+
+impl Model for BundleAnalysis<'_> {
+    type Command = BundleCommand;
+    type Found = BundleEquilibrium;
+
+    fn length(&self) -> f64 {
+        self.solver.bundle().length()
+    }
+
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
+    fn stiffness(&self) -> [f64; 3] {
+        self.solver.bundle().stiffness()
+    }
+
+    fn value(command: &BundleCommand, input: Input) -> Option<f64> {
+        drive(command, input).map(Drive::value)
+    }
+
+    fn is_motion(command: &BundleCommand, input: Input) -> bool {
+        drive(command, input).is_some_and(Drive::is_motion)
+    }
+
+    fn with_input(command: &BundleCommand, input: Input, value: f64) -> BundleCommand {
+        command.with_input(input, value)
+    }
+
+    fn with_wrench(command: &BundleCommand, wrench: Wrench) -> BundleCommand {
+        let mut loaded = command.clone();
+        loaded.loads.wrenches.push(wrench);
+        loaded
+    }
+
+    fn is_stable(found: &BundleEquilibrium) -> bool {
+        found.converged && found.stable
+    }
+
+    fn stable(
+        &mut self,
+        command: &BundleCommand,
+        near: Option<&BundleEquilibrium>,
+    ) -> Option<BundleEquilibrium> {
+        if self.solver.bundle().joint_behind_plate(&command.drives).is_some() {
+            return None;
+        }
+        let found = match near {
+            Some(start) => self.solver.solve_from(command, start),
+            None => self.solver.solve(command),
+        };
+        Self::is_stable(&found).then_some(found)
+    }
+
+    fn scouted(&mut self, command: &BundleCommand) -> Option<BundleEquilibrium> {
+        let rest = self.solver.rest().cloned()?;
+        self.continued(command, &rest)
+    }
+
+    fn continued(&mut self, command: &BundleCommand, from: &BundleEquilibrium) -> Option<BundleEquilibrium> {
+        if self.solver.bundle().joint_behind_plate(&command.drives).is_some() {
+            return None;
+        }
+        self.solver.continued(command, from).filter(Self::is_stable)
+    }
+
+    fn tip(&mut self, found: &BundleEquilibrium) -> TipPose {
+        TipPose { rotation: found.frame, centre: found.tip }
+    }
+
+    fn slopes(&mut self, found: &BundleEquilibrium) -> Option<Sensitivity> {
+        self.solver.sensitivity(found)
+    }
+
+    fn places(&mut self, found: &BundleEquilibrium, labels: &[f64]) -> Vec<[Vector3<f64>; 2]> {
+        let shape = self.solver.shape(found, self.length() / SECTIONS);
+        let place = |label: f64| {
+            let next = shape.partition_point(|s| s.length < label).clamp(1, shape.len().max(2) - 1);
+            let (Some(a), Some(b)) = (shape.get(next - 1), shape.get(next)) else {
+                return [found.tip, found.frame.column(0).into()];
+            };
+            let way = b.length - a.length;
+            let t = if way > 0.0 { ((label - a.length) / way).clamp(0.0, 1.0) } else { 0.0 };
+            let [p, q] = [a, b].map(|s| Vector3::from(s.frame.column(0)) * way);
+            // Hermite's cubic.
+            let centre = a.centre * ((1.0 + 2.0 * t) * (1.0 - t).powi(2))
+                + b.centre * (t * t * (3.0 - 2.0 * t))
+                + p * (t * (1.0 - t).powi(2))
+                - q * (t * t * (1.0 - t));
+            [centre, (p * (1.0 - t) + q * t).try_normalize(0.0).unwrap_or(p)]
+        };
+        labels.iter().map(|label| place(*label)).collect()
+    }
+
+    fn place_slopes(
+        &mut self,
+        found: &BundleEquilibrium,
+        labels: &[f64],
+        inputs: &[Input],
+    ) -> Option<DMatrix<f64>> {
+        let command = found.command().clone();
+        let mut slopes = DMatrix::zeros(3 * labels.len(), inputs.len());
+        for (column, &input) in inputs.iter().enumerate() {
+            let (value, step) = (Self::value(&command, input)?, SMALL * self.extent(input));
+            for side in [1.0, -1.0] {
+                let moved = self.continued(&command.with_input(input, value + side * step), found)?;
+                for (row, [centre, _]) in self.places(&moved, labels).iter().enumerate() {
+                    for axis in 0..3 {
+                        slopes[(3 * row + axis, column)] += 0.5 * side * centre[axis] / step;
+                    }
+                }
+            }
+        }
+        Some(slopes)
+    }
+
+    fn actual(found: &BundleEquilibrium, input: Input) -> Option<f64> {
+        let own = found.efforts.get(input.tube.checked_sub(1)?)?;
+        Some(match (input.freedom, input.is_motion) {
+            (Freedom::PushPull, true) => own.label,
+            (Freedom::PushPull, false) => own.force,
+            (Freedom::Rotation, true) => own.rotation,
+            (Freedom::Rotation, false) => own.torque,
+        })
+    }
+
+    fn nearest_limit(&mut self, found: &BundleEquilibrium, teeth: Teeth) -> Option<Governing> {
+        governing(&self.section_limits(found, teeth), None)
+    }
+}
