@@ -205,11 +205,7 @@ impl BundleModel {
             id: asked.id,
             dragged: asked.target_mm.is_some(),
             status: if found.stable { "converged" } else { "unstable" },
-            text: if found.stable {
-                "converged, stable unless two eigenvalues changed sign together"
-            } else {
-                "converged, unstable or beyond a snap from rest"
-            },
+            text: if found.stable { "converged, stable" } else { "converged, unstable" },
             exceeded: None,
             tip_mm: (found.tip * 1e3).into(),
             direction: direction.into(),

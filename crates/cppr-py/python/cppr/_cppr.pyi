@@ -525,7 +525,7 @@ class BundleEquilibrium:
 
     @property
     def stable(self) -> bool:
-        """True where the conditions' determinant has the sign that it has at rest: stable where no branch was crossed on the way."""
+        """True where the second variation of the energy has no negative eigenvalue: counted along the bundle."""
 
     @property
     def tip_position(self) -> _Floats:
