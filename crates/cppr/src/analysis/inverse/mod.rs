@@ -72,7 +72,7 @@ pub enum InverseProblem {
     EffortPrescribed(usize),
     /// No stable equilibrium was found under any value that was tried.
     NoEquilibrium,
-    /// [`Solver::stop_by`].
+    /// [`Solver::stop_by`](crate::solve::Solver::stop_by).
     Stopped,
 }
 
