@@ -80,7 +80,7 @@ impl Solver {
             tip: (found.tip - tip.centre).norm(),
             force,
             torque,
-            stable: solver.inertia(&found).map(|negative| negative == 0),
+            stable: found.inertia.map(|negative| negative == 0),
             against: Against::Integration,
             reference: found.tip,
         })

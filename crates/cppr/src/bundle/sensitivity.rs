@@ -7,7 +7,6 @@ use super::solve::{BundleEquilibrium, BundleSolver};
 use super::vector::columns;
 use super::walk::{Outcome, Walk};
 use crate::analysis::Sensitivity;
-use crate::solve::{Freedom, Input};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 /// Components of a wrench.
@@ -35,14 +34,7 @@ impl BundleSolver<'_> {
         let mut frame = Frame::new(self.bundle, &equilibrium.command, self.stretch);
         frame.prepared.loaded = true;
         let Slopes { tip, unknowns } = self.slopes(&frame, equilibrium, WRENCH)?;
-        let drives = &equilibrium.command.drives;
-        let inputs: Vec<Input> = (1..)
-            .zip(drives)
-            .flat_map(|(tube, drive)| {
-                [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
-                    .map(|(freedom, told)| Input { tube, freedom, is_motion: told.is_motion() })
-            })
-            .collect();
+        let inputs = equilibrium.command.inputs();
         let motors = inputs.len();
         let conjugates = frame.conjugates();
         let conjugate = DMatrix::from_fn(motors, motors + WRENCH, |i, j| {

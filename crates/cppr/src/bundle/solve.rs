@@ -128,6 +128,8 @@ pub struct BundleEquilibrium {
     pub length: f64,
     /// Has the second variation no negative eigenvalue, see [`BundleSolver::inertia`]?
     pub stable: bool,
+    /// What [`BundleSolver::inertia`] counted.
+    pub(crate) inertia: Option<usize>,
     /// Steps of the integration, and Newton steps.
     pub steps: usize,
     /// Newton steps.
@@ -257,6 +259,7 @@ impl<'a> BundleSolver<'a> {
             frame: Matrix3::identity(),
             length: 0.0,
             stable: false,
+            inertia: None,
             steps: 0,
             iterations: 0,
             error: [f64::NAN; 2],
@@ -393,6 +396,7 @@ impl<'a> BundleSolver<'a> {
             frame: section_frame(&outcome),
             length: outcome.length,
             stable: false,
+            inertia: None,
             steps: steps.count(),
             iterations: found.iterations,
             error: [f64::NAN; 2],
@@ -402,7 +406,8 @@ impl<'a> BundleSolver<'a> {
         };
         // The determinant changes its sign with every eigenvalue, and exactly there; it is known but for that at rest.
         let even = determinant / reference;
-        found.stable = match self.inertia(&found) {
+        found.inertia = self.inertia(&found);
+        found.stable = match found.inertia {
             Some(0) => even.is_nan() || even > 0.0,
             Some(1) | None => even > 0.0,
             Some(_) => false,
