@@ -30,6 +30,8 @@ pub struct BundleAnalysis<'a> {
 
 /// Sections at which fields are read, per length.
 const SECTIONS: f64 = 400.0;
+/// Part of its length from the ends of a part up to which its fields are read.
+const ASIDE: f64 = 1e-6;
 /// Parts of an input's extent by which slopes of places are taken.
 const SMALL: f64 = 1e-5;
 
@@ -111,7 +113,10 @@ impl<'a> BundleAnalysis<'a> {
                     continue;
                 }
                 let place = [*from, base, part.length];
-                limits.extend(part_limits(tube + 1, notched, fibres, place, *notches, teeth, at));
+                // Fields jump at the ends of a part: its own side counts.
+                let side = ASIDE * part.length;
+                let inside = |label: f64| at(label.clamp(from + side, from + part.length - side));
+                limits.extend(part_limits(tube + 1, notched, fibres, place, *notches, teeth, inside));
             }
         }
         limits
