@@ -1,0 +1,199 @@
+#!/bin/sh
+# Everything that is published, in release/: source packages, the program, Python wheels, the C library, what is in them (SBOM) and
+# checksums. Each is then installed in an empty place and runs its first example without Rust.
+#
+#   ./release.sh              all of it: most of an hour on two cores
+#   ./release.sh sources sbom only these parts: sources, program, wheels, c, sbom
+#   PROCESSORS=x86_64 ./release.sh wheels   for these processors alone
+#
+# What this machine cannot build or run is listed in release/NOT-HERE.txt; .github/workflows/release.yml builds for Windows and macOS.
+set -eu
+cd "$(dirname "$0")"
+root=$PWD
+out=$root/release
+tools=$root/target/release-tools
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
+parts=${*:-sources program wheels c sbom}
+processors=${PROCESSORS:-x86_64 aarch64}
+
+fail() {
+    echo "release.sh: $1" >&2
+    exit 1
+}
+leave_out() {
+    echo "$1" | tee -a "$out/NOT-HERE.txt"
+}
+
+for part in $parts; do
+    case $part in
+    sources | program | wheels | c | sbom) ;;
+    *) fail "there is no part $part; there are sources, program, wheels, c and sbom" ;;
+    esac
+done
+git diff --quiet HEAD || fail "the work tree differs from the last commit: commit first, so that a release is of something"
+if [ ! -x "$tools/bin/pip" ]; then
+    # Debian keeps venv in a package of its own.
+    python3 -m ensurepip --version >/dev/null 2>&1 || [ "$(id -u)" != 0 ] || apt-get install -y -q python3-venv
+    python3 -m venv "$tools"
+fi
+"$tools/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0 ziglang==0.15.2 cargo-zigbuild==0.24.1
+PATH="$tools/bin:$PATH"
+rm -rf "$out"
+mkdir -p "$out"
+# Debug information is for those who build from source.
+export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_INCREMENTAL=0
+
+# for_target TRIPLE COMMAND...: with a compiler that has the target: rustup's; else the one that Debian builds browsers with, which can
+# build its own standard library. Zig links, so that the C library of the system that builds does not matter.
+for_target() {
+    triple=$1
+    shift
+    if rustup target list --installed 2>/dev/null | grep -qx "$triple"; then
+        "$@" --target-dir "$root/target/published"
+    elif [ -x /usr/bin/cargo ] && [ -e /usr/lib/rustlib/src/rust/library/Cargo.lock ]; then
+        PATH="$tools/bin:/usr/bin:/bin" RUSTC_BOOTSTRAP=1 "$@" -Z build-std=std,panic_unwind --target-dir "$root/target/published-debian"
+    else
+        return 3
+    fi
+}
+# make WHAT TRIPLE COMMAND...: for_target, false where there is no compiler for the target; all else that goes wrong ends the release.
+make() {
+    what=$1
+    shift
+    status=0
+    for_target "$@" || status=$?
+    if [ $status = 3 ]; then
+        leave_out "not built: $what for $1 (rustup target add $1, or on Debian 12: apt-get install rustc-web cargo-web rust-web-src)"
+        return 1
+    fi
+    [ $status = 0 ] || fail "$what for $1 cannot be built: see above"
+}
+# built TRIPLE: where for_target put it.
+built() {
+    for folder in published published-debian; do
+        if [ -d "target/$folder/$1/release" ]; then echo "target/$folder/$1/release"; fi
+    done
+}
+# What to put before a program to run it here; fails where it cannot be run.
+runner() {
+    case $1 in
+    "$(uname -m)"-*) ;;
+    *) command -v "qemu-${1%%-*}-static" ;;
+    esac
+}
+
+sources() {
+    git archive --prefix="cppr-$version/" --output "$out/cppr-$version-source.tar.gz" HEAD
+    maturin sdist --out "$out"
+    # As crates.io gets them; whether they build from the index can be seen only once their dependencies are there.
+    cargo package --workspace --exclude cppr-py --no-verify --quiet
+    mkdir "$out/crates"
+    cp target/package/*-"$version".crate "$out/crates/"
+}
+
+program() {
+    for processor in $processors; do
+        triple=$processor-unknown-linux-musl
+        make "the program" "$triple" cargo zigbuild --locked --release -p cppr-cli --target "$triple" || continue
+        binary=$(built "$triple")/cppr
+        folder=$(mktemp -d)/cppr-$version-$processor-linux
+        mkdir -p "$folder/completions"
+        cp "$binary" README.md LICENSE-MIT LICENSE-APACHE "$folder/"
+        if before=$(runner "$triple"); then
+            $before "$binary" man --output "$folder/man" >/dev/null
+            for shell in bash zsh fish; do $before "$binary" completions $shell >"$folder/completions/cppr.$shell"; done
+        else
+            leave_out "not run: the program for $triple, and so without manual pages and completions (needs qemu-$processor-static)"
+        fi
+        cp -r robots "$folder/"
+        tar -C "${folder%/*}" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
+        rm -r "${folder%/*}"
+        if before=$(runner "$triple"); then
+            # In an empty place, with nothing of this environment: the first example of the README.
+            place=$(mktemp -d)
+            tar -C "$place" -xzf "$out/cppr-$version-$processor-linux.tar.gz"
+            (cd "$place"/* && env -i $before ./cppr solve robots/r3.toml --pull 5mm --plot r3.svg && [ -s r3.svg ]) | grep "134.383" ||
+                fail "the program for $triple does not solve the first example"
+            rm -r "$place"
+        fi
+    done
+}
+
+wheels() {
+    # glibc 2.17 and newer, Python 3.10 and newer, by one wheel for each processor.
+    for processor in $processors; do
+        triple=$processor-unknown-linux-gnu
+        make "the wheel" "$triple" maturin build --locked --release --zig --compatibility manylinux2014 --target "$triple" --out "$out" || continue
+        if [ "$processor" != "$(uname -m)" ]; then
+            leave_out "not run: the wheel for $triple"
+            continue
+        fi
+        place=$(mktemp -d)
+        python3 -m venv "$place/venv"
+        "$place/venv/bin/pip" install --quiet --disable-pip-version-check "$out"/cppr-*"$processor".whl
+        cp robots/r3.toml "$place/"
+        (cd "$place" && env -i ./venv/bin/python -c "
+import cppr
+eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
+assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
+print(eq)") || fail "the wheel for $triple does not solve the first example"
+        rm -r "$place"
+    done
+}
+
+c() {
+    for processor in $processors; do
+        triple=$processor-unknown-linux-gnu
+        make "the C library" "$triple" cargo zigbuild --locked --release -p cppr-c --target "$triple.2.17" || continue
+        place=$(mktemp -d)
+        folder=$place/cppr-c-$version-$processor-linux-gnu
+        # The linker has stripped the shared library; the tool of this machine knows its own processor only.
+        strip=strip
+        [ "$processor" = "$(uname -m)" ] || strip=true
+        STRIP=$strip crates/cppr-c/install.sh --prefix="$folder" --built="$(built "$triple")"
+        cp LICENSE-MIT LICENSE-APACHE docs/src/c.md "$folder/"
+        mkdir "$folder/examples"
+        cp crates/cppr-c/examples/* robots/r3.toml "$folder/examples/"
+        # The toolbox for MATLAB and Octave, which is compiled against this library.
+        cp -r matlab "$folder/"
+        rm -f "$folder/matlab/test.sh" "$folder"/matlab/*.mex*
+        tar -C "$place" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
+        rm -r "$place"
+        if [ "$processor" != "$(uname -m)" ]; then
+            leave_out "not run: the C library for $triple"
+            continue
+        fi
+        # Unpacked elsewhere, found by CMake, its first example compiled and run.
+        place=$(mktemp -d)
+        tar -C "$place" -xzf "$out/cppr-c-$version-$processor-linux-gnu.tar.gz"
+        (
+            cd "$place"/*/examples
+            env -i PATH=/usr/bin:/bin cmake -S . -B "$place/build" -DCMAKE_PREFIX_PATH="${PWD%/*}" -DCMAKE_BUILD_TYPE=Release >/dev/null
+            env -i PATH=/usr/bin:/bin cmake --build "$place/build" --target first >/dev/null
+            env -i "$place/build/first" r3.toml
+        ) | grep "134.383" || fail "the C library for $triple does not solve the first example"
+        if command -v mkoctfile >/dev/null; then
+            (
+                cd "$place"/*/matlab
+                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-window-system --eval "build_cppr, robot = cppr.Robot('../examples/r3.toml'); \
+                    eq = robot.solve('pull', 5e-3); printf('Octave: %.3f mm\n', 1e3 * eq.tip_position(1))" 2>&1
+            ) | grep "134.383" || fail "the toolbox does not solve the first example in Octave"
+        else
+            leave_out "not run: the toolbox in Octave (needs the package octave-dev)"
+        fi
+        rm -r "$place"
+    done
+}
+
+sbom() {
+    [ -x "$tools/bin/cargo-cyclonedx" ] || cargo install --quiet --locked --debug --root "$tools" cargo-cyclonedx ||
+        fail "cargo-cyclonedx cannot be installed: see above"
+    # A file beside the manifest of every member of the workspace.
+    cargo cyclonedx --quiet --format json --spec-version 1.5 --override-filename sbom.cdx
+    for crate in cppr-cli cppr-py cppr-c; do mv "crates/$crate/sbom.cdx.json" "$out/$crate.cdx.json"; done
+    rm -f crates/*/sbom.cdx.json
+}
+
+for part in $parts; do $part; done
+(cd "$out" && find . -type f ! -name SHA256SUMS | sed 's|^\./||' | LC_ALL=C sort | xargs sha256sum >SHA256SUMS && sha256sum --quiet --check SHA256SUMS)
+ls -l "$out"
