@@ -152,11 +152,6 @@ fn motor(shaft: Shaft, at: &TubeEffort) -> [f64; 2] {
     [at.label + at.force / shaft.axial, at.rotation + at.torque / shaft.torsional]
 }
 
-/// The status in words.
-pub fn status(found: &BundleEquilibrium) -> &'static str {
-    if found.stable { "converged, stable" } else { "converged, unstable" }
-}
-
 fn table(
     design: &BundleDesign,
     bundle: &Bundle,
@@ -169,7 +164,7 @@ fn table(
         let _ = writeln!(text, "  {name:<22}{value}");
     };
     let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
-    line("status", status(found).into());
+    line("status", found.status().to_string());
     line("tip position", format!("{} mm", three((found.tip * 1e3).into(), 3)));
     let direction = found.frame.column(0);
     line("tip direction", three([direction.x, direction.y, direction.z], 5));
@@ -226,11 +221,7 @@ fn record(
     let head = json!({
         "schema": "cppr/bundle", "schema_version": 1, "cppr_version": env!("CARGO_PKG_VERSION"),
         "robot": { "name": design.name, "tubes": design.tubes.len() },
-        "status": match (found.converged, found.stable) {
-            (false, _) => "not_converged",
-            (true, true) => "converged",
-            (true, false) => "unstable",
-        },
+        "status": found.status().word(),
     });
     if !found.converged {
         return head;

@@ -1,7 +1,7 @@
 //! `cppr derivatives` for bundles: how the tip answers to every motor.
 
 use crate::Failure;
-use crate::bundle::{Ready, no_equilibrium, status};
+use crate::bundle::{Ready, no_equilibrium};
 use crate::derivatives::Args;
 use crate::free::name;
 use crate::output::write_or_print;
@@ -46,8 +46,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
     let degree = 1.0_f64.to_radians();
-    let status = status(&found);
-    let mut text = format!("{}: {status}\n  {:<26}", design.name, "by");
+    let mut text = format!("{}: {}\n  {:<26}", design.name, found.status(), "by");
     for head in ["x mm", "y mm", "z mm", "rot x deg", "rot y deg", "rot z deg"] {
         let _ = write!(text, "{head:>14}");
     }

@@ -341,7 +341,7 @@ fn solved_bundle(args: &Args, design: &BundleDesign, bundle: &Bundle) -> Result<
     thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
     let [tolerance, below] = args.bent();
     let meshes = bent_bundle(design, &solver, &found, tolerance, below).map_err(input)?;
-    Ok((bundle::status(&found).into(), meshes))
+    Ok((found.status().to_string(), meshes))
 }
 
 fn assembly(format: Format, robot: &dyn Tubes, (status, meshes): Bent) -> Result<Made, Failure> {

@@ -11,7 +11,7 @@ use cppr::analysis::{Accuracy, Against};
 use cppr::analysis::{Section, Shape, TubeSection, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
-use cppr::solve::{Command, Equilibrium, Formulation, Status};
+use cppr::solve::{Command, Equilibrium, Formulation};
 use cppr::statics::{Frame, Loads, RotationMeans, Station};
 use cppr::{Matrix3, Vector3};
 use serde::Serialize;
@@ -343,11 +343,7 @@ impl ResultRecord {
             command: CommandRecord::new(found.command(), found.robot()),
             formulation: formulation_name(found.settings().formulation),
             resolution: found.settings().resolution.into(),
-            status: match found.status() {
-                Status::Converged => "converged",
-                Status::Unstable => "unstable",
-                Status::NotConverged(_) => "not_converged",
-            },
+            status: found.status().word(),
             status_text: found.status().to_string(),
             statistics: StatisticsRecord {
                 newton_iterations: found.statistics().iterations,

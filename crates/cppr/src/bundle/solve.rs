@@ -7,7 +7,7 @@ use super::newton::{Found, SETTLED, Tangent, newton};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
 use super::walk::{Base, Walk};
-use crate::solve::{Drive, Freedom, Input};
+use crate::solve::{Drive, Freedom, Input, Reason, Status};
 use crate::statics::{Loads, Station};
 use nalgebra::{Matrix3, Vector3};
 
@@ -147,6 +147,16 @@ impl BundleEquilibrium {
     #[must_use]
     pub fn command(&self) -> &BundleCommand {
         &self.command
+    }
+
+    /// Whether it was found, and is stable.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        match (self.converged, self.stable) {
+            (true, true) => Status::Converged,
+            (true, false) => Status::Unstable,
+            (false, _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
+        }
     }
 }
 

@@ -88,6 +88,16 @@ impl Status {
     pub fn is_equilibrium(self) -> bool {
         !matches!(self, Self::NotConverged(_))
     }
+
+    /// One word, for files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Unstable => "unstable",
+            Self::NotConverged(_) => "not_converged",
+        }
+    }
 }
 
 /// What one solve cost.
