@@ -5,15 +5,20 @@
 use crate::describe::{Control, body, nice, offset_and_bending, radii};
 use crate::drag;
 use crate::message::{self, Message};
-use crate::session::{ActuatorState, Send, Solve, text};
+use crate::session::{ActuatorState, NotchLimit, Send, Solve, exceeded, ranges, text};
+use cppr::analysis::{BundleAnalysis, RangeProblem, SafeRange, SectionLimit, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, load_behind_plate};
 use cppr::bundle::{Bundle, BundleDesign, BundleSection, TubeParts};
 use cppr::design::{Outline, TubeDesign};
+use cppr::solve::Input;
 use cppr::{Matrix3, Vector3};
+use cppr_io::Scenario;
 use nalgebra::{Rotation3, UnitQuaternion};
 use serde::Serialize;
 use serde_json::json;
 use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use web_time::Instant;
 
 /// Values of one tube at one section, as in [`message::COLUMNS`]. Curvatures and twist are those beyond rest; `tension` is the force that
@@ -54,6 +59,22 @@ pub(crate) struct BundleModel {
     stable: Option<(BundleEquilibrium, BundleCommand, bool)>,
 }
 
+/// Safe ranges that are found one after another, while the page asks nothing else: each takes up to some seconds.
+pub(crate) struct Ranges {
+    command: BundleCommand,
+    stretch: bool,
+    /// Still to be found, the next one last.
+    inputs: Vec<Input>,
+    found: Vec<SafeRange>,
+}
+
+impl Ranges {
+    /// Is every range known?
+    pub fn is_empty(&self) -> bool {
+        self.inputs.is_empty()
+    }
+}
+
 /// Head of the message that carries a pose; [`crate::session::Pose`] has the words that are not told here.
 #[derive(Serialize)]
 struct Pose {
@@ -61,13 +82,13 @@ struct Pose {
     id: u32,
     dragged: bool,
     status: &'static str,
-    text: &'static str,
+    text: String,
     exceeded: Option<String>,
     tip_mm: [f64; 3],
     direction: [f64; 3],
     bend_deg: f64,
     actuators: Vec<ActuatorState>,
-    limits: [u8; 0],
+    limits: Vec<NotchLimit>,
     iterations: usize,
     solve_us: f64,
     sections: usize,
@@ -144,7 +165,7 @@ impl BundleModel {
                 label * 1e3
             )));
         }
-        let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
+        let mut analysis = self.analysis(stretch);
         let start = self.stable.as_ref().filter(|own| !asked.from_rest && own.2 == stretch);
         // Dragged on from where the robot is, not from where the page had it.
         let mut command = match start {
@@ -153,8 +174,8 @@ impl BundleModel {
         };
         let clock = Instant::now();
         let mut found = match start {
-            Some((stable, ..)) => solver.solve_from(&command, stable),
-            None => solver.solve(&command),
+            Some((stable, ..)) => analysis.solver.solve_from(&command, stable),
+            None => analysis.solver.solve(&command),
         };
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
         let none = || {
@@ -169,14 +190,15 @@ impl BundleModel {
         }
         if let Some(target) = asked.target_mm {
             let controls = self.controls();
-            (found, command) =
-                drag::bundle_towards(&mut solver, found, command, &controls, Vector3::from(target) * 1e-3);
+            let target = Vector3::from(target) * 1e-3;
+            (found, command) = drag::bundle_towards(&mut analysis.solver, found, command, &controls, target);
         }
-        let shape = solver.shape(&found, found.length / (message::SECTIONS - 1) as f64);
+        let limits = analysis.section_limits(&found, Teeth::Rigid);
+        let shape = analysis.solver.shape(&found, found.length / (message::SECTIONS - 1) as f64);
         if shape.is_empty() {
             return Err(none());
         }
-        let pose = self.pose(asked, &found, &shape, solve_us);
+        let pose = self.pose(asked, &found, &shape, &limits, solve_us);
         let bytes = message::encode(&pose, &floats(&self.design, &found, &shape));
         if found.stable {
             self.stable = Some((found, command, stretch));
@@ -184,7 +206,44 @@ impl BundleModel {
         Ok(bytes)
     }
 
-    fn pose(&self, asked: &Solve, found: &BundleEquilibrium, shape: &[BundleSection], solve_us: f64) -> Pose {
+    fn analysis(&self, stretch: bool) -> BundleAnalysis<'_> {
+        BundleAnalysis::new(BundleSolver::new(&self.bundle).with_stretch(stretch), &self.design)
+    }
+
+    /// The ranges that a scenario asks for, all still to be found; `None` where it cannot be asked.
+    pub fn ranges(&self, scenario: &Scenario) -> Option<Ranges> {
+        let (command, stretch) = scenario.bundle_command(&self.design).ok()?;
+        let mut inputs = command.inputs();
+        inputs.reverse();
+        Some(Ranges { command, stretch, inputs, found: Vec::new() })
+    }
+
+    /// Finds the next range and tells the page all that are known, unless `stop` is set meanwhile: then it is found another time.
+    /// False where the page is gone.
+    pub fn next_range(&self, asked: &mut Ranges, stop: &Arc<AtomicBool>, send: Send) -> bool {
+        let Some(&input) = asked.inputs.last() else { return true };
+        let mut analysis = self.analysis(asked.stretch);
+        analysis.stop_by(Some(Arc::clone(stop)));
+        match analysis.safe_range(&asked.command, input, Teeth::Rigid) {
+            Ok(range) => {
+                asked.found.push(range);
+                asked.inputs.pop();
+            }
+            Err(RangeProblem::Stopped) => return true,
+            // The pose itself is not safe.
+            Err(_) => asked.inputs.clear(),
+        }
+        send(ranges(&asked.found))
+    }
+
+    fn pose(
+        &self,
+        asked: &Solve,
+        found: &BundleEquilibrium,
+        shape: &[BundleSection],
+        limits: &[SectionLimit],
+        solve_us: f64,
+    ) -> Pose {
         let count = self.design.tubes.len();
         let end = |tube| shape.iter().rposition(|s| s.tubes.iter().any(|own| own.tube == tube));
         let ends: Vec<Option<usize>> = (0..count).map(end).collect();
@@ -204,14 +263,14 @@ impl BundleModel {
             kind: "pose",
             id: asked.id,
             dragged: asked.target_mm.is_some(),
-            status: if found.stable { "converged" } else { "unstable" },
-            text: if found.stable { "converged, stable" } else { "converged, unstable" },
-            exceeded: None,
+            status: found.status().word(),
+            text: found.status().to_string(),
+            exceeded: exceeded(limits),
             tip_mm: (found.tip * 1e3).into(),
             direction: direction.into(),
             bend_deg: direction.x.clamp(-1.0, 1.0).acos().to_degrees(),
             actuators: actuators.collect(),
-            limits: [],
+            limits: limits.iter().map(NotchLimit::from).collect(),
             iterations: found.iterations,
             solve_us,
             sections: shape.len(),

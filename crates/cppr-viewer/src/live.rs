@@ -7,6 +7,7 @@ use crate::message::Message as Answer;
 use crate::session::{Request, Session, Solve};
 use axum::extract::ws::{Message, WebSocket};
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
 
@@ -44,6 +45,8 @@ struct Waiting {
 struct Inbox {
     waiting: Mutex<Waiting>,
     wake: Condvar,
+    /// Set while something waits; ends what is done in the background.
+    hurry: Arc<AtomicBool>,
 }
 
 /// What the solver is to do next.
@@ -61,6 +64,7 @@ impl Inbox {
     /// False where too much waits already.
     fn put(&self, request: Request) -> bool {
         let mut waiting = self.lock();
+        self.hurry.store(true, Ordering::Relaxed);
         match request {
             Request::Solve(solve) => waiting.solve = Some(solve),
             _ if waiting.tasks.len() >= TASKS => return false,
@@ -72,6 +76,7 @@ impl Inbox {
 
     fn close(&self) {
         self.lock().closed = true;
+        self.hurry.store(true, Ordering::Relaxed);
         self.wake.notify_one();
     }
 
@@ -89,6 +94,7 @@ impl Inbox {
             if let Some(solve) = waiting.solve.take() {
                 return Next::Request(Request::Solve(solve));
             }
+            self.hurry.store(false, Ordering::Relaxed);
             if background {
                 return Next::Background;
             }
@@ -99,7 +105,7 @@ impl Inbox {
 
 /// Runs a connection to its end.
 pub async fn run(mut socket: WebSocket, first: Session, place: Place) {
-    let inbox = Arc::new(Inbox::default());
+    let inbox = Arc::new(Inbox { hurry: first.stop(), ..Inbox::default() });
     let (sender, mut answers) = mpsc::channel(QUEUE);
     let own = Arc::clone(&inbox);
     let refused = sender.clone();

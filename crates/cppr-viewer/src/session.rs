@@ -4,7 +4,7 @@
 
 pub use crate::cloud::{Cloud, Range};
 
-use crate::bundle::BundleModel;
+use crate::bundle::{BundleModel, Ranges};
 use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::drag;
@@ -17,6 +17,8 @@ use cppr_io::scenario::NotchChange;
 use cppr_io::{Problems, RobotFile, Scenario};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use web_time::Instant;
 
 /// A message of the page.
@@ -159,7 +161,14 @@ pub struct Session {
     /// What is asked of it at first.
     start: Option<Scenario>,
     model: Option<Shown>,
-    background: Option<Remaining>,
+    background: Option<Background>,
+    stop: Arc<AtomicBool>,
+}
+
+/// What is done while the page asks nothing.
+enum Background {
+    Cloud(Box<Remaining>),
+    Ranges(Ranges),
 }
 
 /// Something that is wrong with a message, as a message.
@@ -190,7 +199,13 @@ impl Session {
     /// Of a page that will ask for its robot.
     #[must_use]
     pub fn new(first: Described, start: Option<Scenario>) -> Self {
-        Self { first, start, model: None, background: None }
+        Self { first, start, model: None, background: None, stop: Arc::default() }
+    }
+
+    /// While this is set, what [`Self::background`] does is put off: the page asks something.
+    #[must_use]
+    pub fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 
     /// Takes a robot and describes it to the page.
@@ -244,6 +259,8 @@ impl Session {
         let model = match &mut self.model {
             None => return refuse("wrong", &["there is no robot".into()], send),
             Some(Shown::Bundle(model)) => {
+                // Ranges are those of the pose that was.
+                self.background = None;
                 return match model.solve(asked) {
                     Ok(bytes) => send(Message::Binary(bytes)),
                     Err((status, reasons)) => refuse(status, &reasons, send),
@@ -305,8 +322,7 @@ impl Session {
         let mut pose = Pose::new(asked.id, &found, &shape, solve_us);
         pose.margin = margin;
         pose.dragged = asked.target_mm.is_some();
-        let worst = governing(&limits, None).map(|worst| worst.exceeded());
-        pose.exceeded = worst.filter(|sentence| !sentence.is_empty());
+        pose.exceeded = exceeded(&limits);
         pose.limits = limits.iter().map(NotchLimit::from).collect();
         let bytes = message::encode(&pose, &message::floats(found.robot(), &shape));
         model.stable = Some(if found.status() == Status::Converged { found } else { before });
@@ -317,8 +333,10 @@ impl Session {
     fn ranges(&mut self, scenario: &Scenario, send: Send) -> bool {
         let model = match &mut self.model {
             None => return send(problem("there is no robot")),
-            // Not known yet.
-            Some(Shown::Bundle(_)) => return send(text(&json!({"kind": "ranges", "ranges": []}))),
+            Some(Shown::Bundle(model)) => {
+                self.background = model.ranges(scenario).map(Background::Ranges);
+                return true;
+            }
             Some(Shown::Robot(model)) => model,
         };
         let solver = &mut model.solver;
@@ -326,8 +344,7 @@ impl Session {
             solver.set_settings(scenario.settings()).ok()?;
             solver.safe_ranges(&command, Teeth::Rigid).ok()
         });
-        let ranges: Vec<_> = safe.iter().flatten().map(ActuatorRange::from).collect();
-        send(text(&json!({"kind": "ranges", "ranges": ranges})))
+        send(ranges(&safe.unwrap_or_default()))
     }
 
     /// Is there something to do while the page asks nothing?
@@ -349,21 +366,29 @@ impl Session {
         };
         match Remaining::new(cloud, model.solver.robot()) {
             Ok(remaining) => {
-                self.background = Some(remaining);
+                self.background = Some(Background::Cloud(Box::new(remaining)));
                 true
             }
             Err(text) => send(problem(&text)),
         }
     }
 
-    /// Solves some poses of the cloud; false where the page is gone.
+    /// Solves some poses of the cloud, or looks for the next range; false where the page is gone.
     pub fn background(&mut self, send: Send) -> bool {
-        let Some(remaining) = &mut self.background else { return true };
-        let message = remaining.some();
-        if remaining.is_empty() {
+        let (going, done) = match (&mut self.background, &self.model) {
+            (Some(Background::Cloud(remaining)), _) => {
+                let message = remaining.some();
+                (send(Message::Binary(message)), remaining.is_empty())
+            }
+            (Some(Background::Ranges(asked)), Some(Shown::Bundle(model))) => {
+                (model.next_range(asked, &self.stop, send), asked.is_empty())
+            }
+            _ => (true, true),
+        };
+        if done {
             self.background = None;
         }
-        send(Message::Binary(message))
+        going
     }
 }
 
@@ -459,6 +484,17 @@ impl Pose {
             tubes: describe::tubes(shape),
         }
     }
+}
+
+/// Which limit is exceeded most, as a sentence; `None` where all are kept.
+pub(crate) fn exceeded(limits: &[SectionLimit]) -> Option<String> {
+    governing(limits, None).map(|worst| worst.exceeded()).filter(|sentence| !sentence.is_empty())
+}
+
+/// Safe ranges for the page.
+pub(crate) fn ranges(safe: &[SafeRange]) -> Message {
+    let ranges: Vec<_> = safe.iter().map(ActuatorRange::from).collect();
+    text(&json!({"kind": "ranges", "ranges": ranges}))
 }
 
 fn refused_file(name: &str, problems: &[String]) -> Message {

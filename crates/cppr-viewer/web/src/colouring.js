@@ -5,17 +5,17 @@ import { el, show } from "./dom.js";
 
 const magnitude = (pose, t) => (s) => Math.hypot(pose.at(s, t, "curvature_y"), pose.at(s, t, "curvature_z"));
 
-/** Part of the notches' length that bending has taken up along a tube, between the notches that are known. */
-function closure(pose, t) {
-  const known = (pose.limits ?? []).filter((l) => l.tube === t + 1 && l.closure !== null);
+/** A value of the notches and sections that are judged, between them along a tube; 0 where an uncut section has none. */
+const between = (value) => (pose, t) => {
+  const known = pose.limits.filter((l) => l.tube === t + 1).map((l) => [l.x_mm, value(l) ?? 0]);
   return (s) => {
     const x = pose.at(s, t, "abscissa");
-    const next = known.findIndex((l) => l.x_mm >= x);
-    if (next <= 0) return known.at(next)?.closure ?? 0;
+    const next = known.findIndex((l) => l[0] >= x);
+    if (next <= 0) return known.at(next)?.[1] ?? 0;
     const [a, b] = [known[next - 1], known[next]];
-    return a.closure + ((b.closure - a.closure) * (x - a.x_mm)) / (b.x_mm - a.x_mm);
+    return a[1] + ((b[1] - a[1]) * (x - a[0])) / (b[0] - a[0]);
   };
-}
+};
 
 /** Largest strain of the notches, wherever along the tube. */
 function extremeStrain(pose, t) {
@@ -23,16 +23,19 @@ function extremeStrain(pose, t) {
   return () => most;
 }
 
-/** mode: what the shader does: 0 nothing, 1 a value per section, 2 strain at every point. */
+/** What there is to colour by; mode: what the shader does: 0 nothing, 1 a value per section, 2 strain at every point. */
 export const COLOURINGS = {
   tube: { label: "tube", mode: 0 },
   curvature: { label: "curvature", mode: 1, unit: "1/m", title: "Curvature", value: magnitude },
   strain: { label: "strain", mode: 2, signed: true, unit: "%", factor: 100, title: "Strain in the notches, teeth rigid", value: extremeStrain },
-  closure: { label: "notch closure", mode: 1, unit: "%", factor: 100, title: "Closure of the notches, 100 % where teeth touch", value: closure },
+  closure: { label: "notch closure", mode: 1, unit: "%", factor: 100, title: "Closure of the notches, 100 % where teeth touch", value: between((l) => l.closure) },
 };
 
-/** Those that only notches have. */
-export const OF_NOTCHES = ["strain", "closure"];
+/** Of robots with parts and joints, where the strain at every point is not known, but its greatest in every notch. */
+export const COLOURINGS_OF_BUNDLES = {
+  ...COLOURINGS,
+  strain: { label: "strain", mode: 1, unit: "%", factor: 100, title: "Greatest strain in every notch, teeth rigid", value: between((l) => Math.abs(l.strain)) },
+};
 
 const largest = (pose, t, value) => {
   let most = 0;
@@ -41,15 +44,14 @@ const largest = (pose, t, value) => {
 };
 
 /** Bounds of the colours for a pose. */
-export function range(name, pose, tubes) {
-  const { mode, signed, value, factor = 1 } = COLOURINGS[name];
+export function range({ mode, signed, value, factor = 1 }, pose, tubes) {
   if (mode === 0) return [0, 1];
-  const most = nice(factor * Math.max(...tubes.map((tube, t) => largest(pose, t, value(pose, t, tube))), 1e-6)) / factor;
+  const most = nice(factor * Math.max(...tubes.map((_, t) => largest(pose, t, value(pose, t))), 1e-6)) / factor;
   return signed ? [-most, most] : [0, most];
 }
 
 /** The value that the shader is given by section. */
-export const sectionValue = (name, pose, t, tube) => (COLOURINGS[name].mode === 1 ? COLOURINGS[name].value(pose, t, tube) : () => 0);
+export const sectionValue = ({ mode, value }, pose, t) => (mode === 1 ? value(pose, t) : () => 0);
 
 export class Legend {
   constructor() {
@@ -59,8 +61,7 @@ export class Legend {
     this.node = el("div", { className: "legend", hidden: true }, this.title, this.bar, this.ticks);
   }
 
-  set(name, [low, high]) {
-    const { mode, signed, title, unit, factor = 1 } = COLOURINGS[name];
+  set({ mode, signed, title, unit, factor = 1 }, [low, high]) {
     this.node.hidden = mode === 0;
     if (mode === 0) return;
     this.title.textContent = `${title} (${unit})`;

@@ -2,7 +2,7 @@
 
 import "./style.css";
 import { Arrow } from "./arrow.js";
-import { COLOURINGS, OF_NOTCHES, Legend, range, sectionValue } from "./colouring.js";
+import { COLOURINGS, COLOURINGS_OF_BUNDLES, Legend, range, sectionValue } from "./colouring.js";
 import { controlPanel } from "./panel.js";
 import { Rest, Seldom, button, choice, download, el, select, tick } from "./dom.js";
 import { png, svg } from "./picture.js";
@@ -40,7 +40,7 @@ let robot = null;
 let columns = [];
 let panel = null;
 let refused = null;
-let colouring = "tube";
+let colouring = COLOURINGS.tube;
 let again = false;
 
 const arrow = new Arrow(stage, {
@@ -81,7 +81,7 @@ function arrowColour() {
 
 function paint() {
   const limits = stage.pose && robot ? range(colouring, stage.pose, robot.tubes) : [0, 1];
-  const { mode, signed = false } = COLOURINGS[colouring];
+  const { mode, signed = false } = colouring;
   stage.paint({ mode, signed, range: limits, dimmed: refused !== null });
   legend.set(colouring, limits);
   if (robot) arrow.update(store.scenario.tip.force_N, arrowColour());
@@ -90,10 +90,10 @@ function paint() {
 function bend() {
   const { pose } = store;
   if (!pose) return;
-  stage.bend(pose, (t) => sectionValue(colouring, pose, t, robot.tubes[t]));
+  stage.bend(pose, (t) => sectionValue(colouring, pose, t));
   const limits = range(colouring, pose, robot.tubes);
   const old = stage.painted;
-  if (old.dimmed !== (refused !== null) || String(old.range) !== String(limits) || old.mode !== COLOURINGS[colouring].mode) paint();
+  if (old.dimmed !== (refused !== null) || String(old.range) !== String(limits) || old.mode !== colouring.mode) paint();
   else arrow.update(store.scenario.tip.force_N, arrowColour());
 }
 
@@ -118,7 +118,7 @@ function begin(description) {
   stage.begin(robot);
   arrow.begin(robot.force_N);
   plots.begin(robot);
-  offer();
+  choose();
   scale.textContent = `grid ${stage.gridStep} mm`;
   store.pose = null;
   if (changed) return;
@@ -206,7 +206,10 @@ store.addEventListener("change", ({ detail }) => {
     last = null;
     player.interrupt();
   }
-  if (source.live && !robot.bundle) ranges.wake();
+  // Those of a robot with parts and joints take seconds: none are shown meanwhile. A page that solves by itself does one thing at a time, and
+  // does not ask for them.
+  if (source.live && robot.bundle) panel?.safe([]);
+  if (source.live && !(robot.bundle && robots)) ranges.wake();
   if (!detail.solved) source.solve(store.scenario, { from_rest: resting });
   resting = false;
   // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
@@ -276,18 +279,13 @@ const follow = button("Follow", "The camera goes with the tip", () => {
   follow.setAttribute("aria-pressed", String(stage.following));
 });
 follow.setAttribute("aria-pressed", "false");
-const colour = select("Colour by", Object.entries(COLOURINGS).map(([key, c]) => [key, c.label]), colouring, (key) => {
-  colouring = key;
+const colour = select("Colour by", Object.entries(COLOURINGS).map(([key, c]) => [key, c.label]), "tube", () => {
+  choose();
   bend();
   paint();
 });
-/** Colours that a robot with parts and joints has not, since its notches have no limits yet. */
-function offer() {
-  for (const option of colour.options) {
-    option.disabled = robot.bundle && OF_NOTCHES.includes(option.value);
-    option.title = option.disabled ? "Strain and closure of notches are not known for robots with parts and joints" : "";
-  }
-  if (colour.selectedOptions[0].disabled) colour.value = colouring = "tube";
+function choose() {
+  colouring = (robot.bundle ? COLOURINGS_OF_BUNDLES : COLOURINGS)[colour.value];
 }
 const file = el("input", { type: "file", accept: ".toml", hidden: true, onchange: () => file.files[0] && open(file.files[0]) });
 const menu = el(

@@ -55,7 +55,7 @@ export class Readout {
     if (pose.error_mm !== undefined) {
       const error = this.#row("Error", [el("td", { colSpan: 3 }, pose.error_mm === null ? "not known" : `${pose.error_mm.toExponential(0)} mm`)], "How far the tip moves when every step of the integration is halved");
       error.className = "first";
-      this.table.replaceChildren(...rows, error);
+      this.table.replaceChildren(...rows, error, ...limits(pose));
       return;
     }
     const margin = pose.margin === null ? ["not known (printed)"] : [bar(pose.margin), show(pose.margin)];

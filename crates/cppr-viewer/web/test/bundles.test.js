@@ -67,7 +67,6 @@ test("what such a robot has not is said, and refused where it is asked", async (
   assert.ok(await printed.isDisabled());
   assert.match(await page.locator('[aria-label="Formulation"]').getAttribute("title"), /know no parts and joints/);
   assert.equal(await page.getByRole("checkbox", { name: "workspace" }).count(), 0);
-  assert.ok(await page.locator('option[value="strain"]').isDisabled());
   await page.evaluate(() => cppr.store.change((s) => (s.formulation = "printed")));
   await page.locator(".banner").getByText("not for a robot with parts or joints").waitFor();
   await page.evaluate(() => cppr.store.change((s) => (s.formulation = "consistent")));
@@ -89,5 +88,38 @@ test("a robot with an uncut shaft and tip shows its body, notched between them",
     return [count(0.5, 29.5), count(30, 110), count(110.5, 114.5), Math.max(...x)];
   });
   assert.ok(spread[1] > 20 * spread[0] && spread[1] > 20 * spread[2] && Math.abs(spread[3] - 115) < 1e-3, `${spread}`);
+  assert.deepEqual(grave(errors), []);
+});
+
+test("limits of such a robot: in the status, as colours, and as safe ranges", async () => {
+  const text = readFileSync(join(root, UNCUT), "utf8").replace("strain_percent = 6", "strain_percent = 1");
+  await drop(page, "strict.toml", text.replace("Uncut ends", "Strict"));
+  await page.waitForFunction(() => cppr.store.robot.name === "Strict" && cppr.store.pose);
+  await set([0, 1]);
+  await settled(page);
+  assert.match(await page.locator(".status").textContent(), /^converged, stable$/);
+  const strains = await page.evaluate(() => cppr.store.pose.limits.filter((l) => l.strain_use !== null).map((l) => l.strain_use));
+  assert.ok(strains.length > 150 && Math.max(...strains) < 1, `${strains.length}`);
+  const rows = await page.locator(".readout tr.limits").allTextContents();
+  assert.equal(rows.length, 3, "a head and two tubes");
+  assert.match(rows[2], /Tube 2\d+ % notch \d+/);
+  // The pulls' ranges come first, each as soon as it is known.
+  const slider = page.getByRole("group", { name: "Tube 2" }).getByRole("slider", { name: "Pull (mm)" });
+  await page.waitForFunction(() => document.querySelectorAll("input.ranged").length >= 3, null, { timeout: 60_000 });
+  const [low, high] = (await slider.getAttribute("title")).match(/−?[\d.]+/g).map((v) => Number(v.replace("−", "-")));
+  assert.ok(Math.abs(low + 3.112) < 0.01 && Math.abs(high - 3.238) < 0.01, `${low} to ${high}`);
+  await page.getByLabel("Colour by").selectOption("strain");
+  assert.match(await page.locator(".legend").textContent(), /Greatest strain in every notch, teeth rigid \(%\)/);
+  const coloured = await page.evaluate(() => cppr.stage.painted);
+  assert.ok(coloured.mode === 1 && coloured.range[1] > 0.003 && coloured.range[1] < 0.01, JSON.stringify(coloured));
+  await page.getByLabel("Colour by").selectOption("closure");
+  assert.match(await page.locator(".legend").textContent(), /Closure of the notches/);
+  await page.getByLabel("Colour by").selectOption("tube");
+  // Beyond the range: the status says it, and no range is shown.
+  await set([0, high + 0.5]);
+  await settled(page);
+  assert.match(await page.locator(".status").textContent(), /beyond a limit/);
+  assert.match(await page.locator(".advice").textContent(), /tube \d.*strain/);
+  assert.equal(await page.locator("input.ranged").count(), 0);
   assert.deepEqual(grave(errors), []);
 });

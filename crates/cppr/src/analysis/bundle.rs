@@ -13,10 +13,12 @@ use crate::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
 use crate::design::TubeDesign;
 use crate::design::fibre::TubeFibres;
 use crate::kinematics::TipPose;
-use crate::solve::{Drive, Freedom, Input, Reason, Status};
+use crate::solve::{Drive, Freedom, Input, Status};
 use crate::statics::Wrench;
 use nalgebra::{DMatrix, Vector3};
 use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A bundle with what it is made of.
 #[derive(Debug)]
@@ -26,6 +28,7 @@ pub struct BundleAnalysis<'a> {
     design: &'a BundleDesign,
     /// Of the notched parts of every tube: the label at which it begins (m), how many notches there are before it, its sections.
     parts: Vec<Vec<(f64, i32, Option<TubeFibres>)>>,
+    stop: Option<Arc<AtomicBool>>,
 }
 
 /// Sections at which fields are read, per length.
@@ -54,7 +57,12 @@ impl<'a> BundleAnalysis<'a> {
             });
             own.collect()
         });
-        Self { solver, design, parts: parts.collect() }
+        Self { solver, design, parts: parts.collect(), stop: None }
+    }
+
+    /// Ranges and searches end where this is set, as [`Solver::stop_by`](crate::solve::Solver::stop_by) has it.
+    pub fn stop_by(&mut self, flag: Option<Arc<AtomicBool>>) {
+        self.stop = flag;
     }
 
     /// What the bundle is made of.
@@ -161,13 +169,9 @@ impl<'a> BundleAnalysis<'a> {
 
     fn start(&mut self, command: &BundleCommand) -> Result<BundleEquilibrium, RangeProblem> {
         let found = self.solver.solve(command);
-        match (found.converged, found.stable) {
-            (true, true) => Ok(found),
-            (true, false) => Err(RangeProblem::NoEquilibrium(Status::Unstable)),
-            (false, _) => {
-                let reason = Reason::PathEnds { fraction: 0.0 };
-                Err(RangeProblem::NoEquilibrium(Status::NotConverged(reason)))
-            }
+        match found.status() {
+            Status::Converged => Ok(found),
+            other => Err(RangeProblem::NoEquilibrium(other)),
         }
     }
 
@@ -239,7 +243,7 @@ impl Model for BundleAnalysis<'_> {
     }
 
     fn is_stopped(&self) -> bool {
-        false
+        self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     fn stiffness(&self) -> [f64; 3] {
