@@ -1,15 +1,18 @@
 //! Actuators that the program may choose, and how answers about them are shown.
 
 use crate::Failure;
-use crate::command::CommandArgs;
+use crate::bundle::Ready;
+use crate::command::{CommandArgs, build, described};
 use crate::quantity::{ForTube, Kind, bounds};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
 use cppr::analysis::{BundleAnalysis, Governing, Teeth, absurd_demand, governing};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium};
 use cppr::solve::{Command, Equilibrium, Freedom, Input, Quantity, Solver};
+use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
 use std::fmt::Write;
+use std::path::Path;
 
 /// Which actuators are free, and how far they may go.
 #[derive(clap::Args)]
@@ -23,8 +26,33 @@ pub struct FreeArgs {
 }
 
 impl FreeArgs {
+    /// Builds the robot of a file, whichever kind it is of, reads the command, and searches for values of the free actuators.
+    pub fn search(
+        &self,
+        robot: &Path,
+        args: &CommandArgs,
+        of_robot: impl FnOnce(&mut Solver, &Command, &[FreeInput]) -> Result<(), Failure>,
+        of_bundle: impl FnOnce(&mut BundleAnalysis, &BundleCommand, &[FreeInput]) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        match described(robot)? {
+            Described::Robot(file) => {
+                let built = build(&file, robot)?;
+                let command = args.command(&built)?;
+                let mut solver = args.solver(&built)?;
+                let free = self.free(args, &mut solver, &command)?;
+                of_robot(&mut solver, &command, &free)
+            }
+            Described::Bundle(design) => {
+                let ready = Ready::new(args, robot, &design)?;
+                let mut analysis = ready.analysis(&design);
+                let free = self.of_bundle(args, &mut analysis, &ready.command)?;
+                of_bundle(&mut analysis, &ready.command, &free)
+            }
+        }
+    }
+
     /// Every actuator that the command line does not prescribe, within its bounds.
-    pub fn free(
+    fn free(
         &self,
         args: &CommandArgs,
         solver: &mut Solver,
@@ -47,7 +75,7 @@ impl FreeArgs {
     }
 
     /// The same of a bundle. The outermost tube stays where it is unless it has bounds, or unless nothing is joined.
-    pub fn of_bundle(
+    fn of_bundle(
         &self,
         args: &CommandArgs,
         analysis: &mut BundleAnalysis,

@@ -1,8 +1,8 @@
 //! `cppr reach`: actuator values for a wanted tip.
 
 use crate::Failure;
-use crate::bundle::{self, Ready};
-use crate::command::{CommandArgs, build, described};
+use crate::bundle;
+use crate::command::CommandArgs;
 use crate::figure;
 use crate::free::{self, FreeArgs, State, line, three};
 use crate::output::write_or_print;
@@ -11,7 +11,6 @@ use crate::quantity::{Kind, direction, scalar, vector};
 use crate::table::plain;
 use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target};
-use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -78,28 +77,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let target =
         Target { position: args.position.map(Vector3::from), direction: args.direction.map(Vector3::from) };
     let marks = args.position.map(|p| ("target", vec![p]));
-    match described(&args.robot)? {
-        Described::Robot(file) => {
-            let robot = build(&file, &args.robot)?;
-            let command = args.command.command(&robot)?;
-            let mut solver = args.command.solver(&robot)?;
-            let free = args.free.free(&args.command, &mut solver, &command)?;
-            let answer = solver.reach(&command, &free, &target, &accuracy).map_err(|p| free::failure(&p))?;
-            let state = State::of(&mut solver, &answer.equilibrium);
-            outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
-            finish(args, &outputs, &robot.design().name, &free, &state, answer)
-        }
-        Described::Bundle(design) => {
-            let ready = Ready::new(&args.command, &args.robot, &design)?;
-            let mut analysis = ready.analysis(&design);
-            let free = args.free.of_bundle(&args.command, &mut analysis, &ready.command)?;
-            let answer = analysis.reach(&ready.command, &free, &target, &accuracy);
-            let answer = answer.map_err(|p| free::failure(&p))?;
-            let state = State::of_bundle(&analysis, &answer.equilibrium);
-            outputs.draw(|| bundle::marked(&mut analysis, &answer.equilibrium, marks))?;
-            finish(args, &outputs, &design.name, &free, &state, answer)
-        }
-    }
+    args.free.search(
+        &args.robot,
+        &args.command,
+        |solver, command, free| {
+            let answer = solver.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))?;
+            let state = State::of(solver, &answer.equilibrium);
+            outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
+            finish(args, &outputs, &solver.robot().design().name, free, &state, answer)
+        },
+        |analysis, command, free| {
+            let answer = analysis.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))?;
+            let state = State::of_bundle(analysis, &answer.equilibrium);
+            outputs.draw(|| bundle::marked(analysis, &answer.equilibrium, marks.clone()))?;
+            finish(args, &outputs, &analysis.design().name, free, &state, answer)
+        },
+    )
 }
 
 /// Judges, writes, prints.

@@ -1,8 +1,8 @@
 //! `cppr match`: actuator values for a measured or wanted shape.
 
 use crate::Failure;
-use crate::bundle::{self, Ready};
-use crate::command::{CommandArgs, build, described};
+use crate::bundle;
+use crate::command::CommandArgs;
 use crate::figure;
 use crate::free::{self, FreeArgs, State, line};
 use crate::output::write_or_print;
@@ -10,7 +10,6 @@ use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, ShapeMatch};
-use cppr_io::bundle_file::Described;
 use cppr_io::points::read_points;
 use serde_json::json;
 use std::path::PathBuf;
@@ -62,28 +61,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Failure::Input(lines.join("\n"))
     })?;
     let marks = Some(("points", points.iter().map(|p| p.position.into()).collect()));
-    match described(&args.robot)? {
-        Described::Robot(file) => {
-            let robot = build(&file, &args.robot)?;
-            let command = args.command.command(&robot)?;
-            let mut solver = args.command.solver(&robot)?;
-            let free = args.free.free(&args.command, &mut solver, &command)?;
-            let answer = solver.shape_match(&command, &free, &points).map_err(|p| free::failure(&p))?;
-            let state = State::of(&mut solver, &answer.equilibrium);
-            outputs.draw(|| figure::marked_shape(&mut solver, &answer.equilibrium, marks))?;
-            finish(&outputs, &robot.design().name, &free, &state, &answer)
-        }
-        Described::Bundle(design) => {
-            let ready = Ready::new(&args.command, &args.robot, &design)?;
-            let mut analysis = ready.analysis(&design);
-            let free = args.free.of_bundle(&args.command, &mut analysis, &ready.command)?;
-            let answer = analysis.shape_match(&ready.command, &free, &points);
-            let answer = answer.map_err(|p| free::failure(&p))?;
-            let state = State::of_bundle(&analysis, &answer.equilibrium);
-            outputs.draw(|| bundle::marked(&mut analysis, &answer.equilibrium, marks))?;
-            finish(&outputs, &design.name, &free, &state, &answer)
-        }
-    }
+    args.free.search(
+        &args.robot,
+        &args.command,
+        |solver, command, free| {
+            let answer = solver.shape_match(command, free, &points).map_err(|p| free::failure(&p))?;
+            let state = State::of(solver, &answer.equilibrium);
+            outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
+            finish(&outputs, &solver.robot().design().name, free, &state, &answer)
+        },
+        |analysis, command, free| {
+            let answer = analysis.shape_match(command, free, &points).map_err(|p| free::failure(&p))?;
+            let state = State::of_bundle(analysis, &answer.equilibrium);
+            outputs.draw(|| bundle::marked(analysis, &answer.equilibrium, marks.clone()))?;
+            finish(&outputs, &analysis.design().name, free, &state, &answer)
+        },
+    )
 }
 
 /// Writes and prints.
