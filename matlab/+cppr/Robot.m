@@ -81,6 +81,7 @@ classdef Robot < handle
         %   'warm'        true: start at the last equilibrium of this robot, for loops. Default false: from rest
         %   'sections'    number of sections of eq.shape; default 51, 0 for none
         %   'margin'      false leaves the margin to instability out; default true
+        %   'error'       false leaves the error of the modes out, which takes milliseconds; default true, false where 'warm' is true
         %   'planar', 'stretch', 'printed', 'relative_angle'   true or false; default false
         %   'refine'      modes and nodes multiplied, 1 to 8; 'tolerance' of the residual, 1e-11
         %
@@ -94,10 +95,15 @@ classdef Robot < handle
         %     compliance (6 x 6): tip twist by a wrench on the tip
         %     response_by_wrench (2m x 6)
         %     elastic_energy (J), total_bend (rad), margin (1 at rest, 0 where it snaps), iterations, residual
+        %     error: what the modes leave out of the tip (m), and of any force (N) and torque (N m); NaN where it is not known. Where the tip's is
+        %     above 1e-4 of the length the warning cppr:error says so
         %     shape: see help cppr.Robot.shape
         %   Derivatives are NaN at a fold. Without an equilibrium the error cppr:noEquilibrium says why.
-            [asked, options] = robot.read(varargin, {'warm', 'sections', 'margin'});
-            options = cppr.Robot.defaults(options, struct('warm', false, 'sections', 51, 'margin', true));
+            [asked, options] = robot.read(varargin, {'warm', 'sections', 'margin', 'error'});
+            options = cppr.Robot.defaults(options, struct('warm', false, 'sections', 51, 'margin', true, 'error', []));
+            if isempty(options.error)
+                options.error = ~options.warm;
+            end
             robot.command(asked);
             code = robot.run(options.warm);
             n = robot.number;
@@ -130,6 +136,12 @@ classdef Robot < handle
             if options.margin
                 eq.margin = get(n.value_margin);
             end
+            if options.error
+                eq.error = get(n.value_error);
+                if eq.error(1) > 1e-4 * robot.length
+                    warning('cppr:error', 'the tip is known to within %.2g mm only; try ''refine'', 2', 1e3 * eq.error(1));
+                end
+            end
             eq.iterations = get(n.value_iterations);
             eq.residual = get(n.value_residual);
             if options.sections > 0
@@ -141,7 +153,7 @@ classdef Robot < handle
         %JACOBIAN  Tip twist (m, rad) by what is prescribed of each actuator, 6 x 2m, at the equilibrium under a command.
         %
         %   [J, eq] = robot.jacobian('pull', 5e-3)    takes what solve takes; eq.inputs names the columns
-            eq = robot.solve('sections', 0, 'margin', false, varargin{:});
+            eq = robot.solve('sections', 0, 'margin', false, 'error', false, varargin{:});
             J = eq.jacobian;
         end
 

@@ -136,6 +136,7 @@ static mxArray *all_numbers(void) {
         {"value_response", CPPR_VALUE_RESPONSE},
         {"value_compliance", CPPR_VALUE_COMPLIANCE},
         {"value_response_by_wrench", CPPR_VALUE_RESPONSE_BY_WRENCH},
+        {"value_error", CPPR_VALUE_ERROR},
         {"field_centre", CPPR_FIELD_CENTRE},
         {"field_rotation", CPPR_FIELD_ROTATION},
         {"field_curvature", CPPR_FIELD_CURVATURE},

@@ -142,6 +142,9 @@ enum cppr_value
   CPPR_VALUE_COMPLIANCE = 19,
   // The conjugate of what is prescribed by a dead wrench on the tip; 2 n × 6.
   CPPR_VALUE_RESPONSE_BY_WRENCH = 20,
+  // What the modes leave out, against the same robot integrated without them: error of the tip (m), greatest error of a force (N) and of a torque
+  // (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds.
+  CPPR_VALUE_ERROR = 21,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -371,7 +374,7 @@ size_t cppr_solver_field_size(const cppr_solver *solver, uint32_t field);
 
 // Writes a value (cppr_value) of the last solve into `out`, which has room for `count` numbers: exactly as many as
 // cppr_solver_size() says. CPPR_CODE_NO_VALUE where there is none; `out` is NaN then. Allocates nothing from the second call on,
-// except for margin and total bend.
+// except for margin, total bend and error.
 int32_t cppr_solver_get(cppr_solver *solver,
                         uint32_t value,
                         double *out,

@@ -114,10 +114,13 @@ pub enum cppr_value {
     Compliance = 19,
     /// The conjugate of what is prescribed by a dead wrench on the tip; 2 n × 6.
     ResponseByWrench = 20,
+    /// What the modes leave out, against the same robot integrated without them: error of the tip (m), greatest error of a force (N) and of a torque
+    /// (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds.
+    Error = 21,
 }
 
 numbered!(cppr_value, "value": Status, Fraction, Iterations, Evaluations, LoadSteps, Residual, ElasticEnergy, TotalBend, Margin, TipPosition,
-    TipRotation, Pull, Rotation, Tension, Torque, Jacobian, JacobianBody, Response, Compliance, ResponseByWrench);
+    TipRotation, Pull, Rotation, Tension, Torque, Jacobian, JacobianBody, Response, Compliance, ResponseByWrench, Error);
 
 /// What can be read along the robot. n is the number of tubes, the outermost (tube 1, the leader) first.
 #[repr(u32)]

@@ -314,7 +314,7 @@ fn right_size(what: &str, number: u32, wanted: usize, given: usize) -> Result<()
 
 /// Writes a value (cppr_value) of the last solve into `out`, which has room for `count` numbers: exactly as many as
 /// cppr_solver_size() says. CPPR_CODE_NO_VALUE where there is none; `out` is NaN then. Allocates nothing from the second call on,
-/// except for margin and total bend.
+/// except for margin, total bend and error.
 ///
 /// # Safety
 /// `solver` is null or a living solver; `out` points to room for `count` numbers.

@@ -10,7 +10,7 @@ use cppr::solve::{Equilibrium, Reason, Solver, Status};
 pub(crate) fn size(model: &Model, value: cppr_value) -> usize {
     let n = model.tubes();
     match value {
-        cppr_value::TipPosition => 3,
+        cppr_value::TipPosition | cppr_value::Error => 3,
         cppr_value::TipRotation => 9,
         cppr_value::Pull | cppr_value::Rotation | cppr_value::Tension | cppr_value::Torque => n,
         cppr_value::Jacobian | cppr_value::JacobianBody | cppr_value::ResponseByWrench => 12 * n,
@@ -68,6 +68,13 @@ impl Reader<'_> {
             cppr_value::TotalBend => total_bend(found),
             cppr_value::Margin => match self.solver.margin(found) {
                 Some(margin) => margin,
+                None => return false,
+            },
+            cppr_value::Error => match self.solver.accuracy(found) {
+                Some(own) => {
+                    out.copy_from_slice(&[own.tip, own.force, own.torque]);
+                    return true;
+                }
                 None => return false,
             },
             _ => return self.read_many(value, out),

@@ -114,6 +114,8 @@ fn values_are_those_of_the_library() {
     close(cppr_value::Torque, &[nan, states[0].torque, states[1].torque]);
     close(cppr_value::Margin, &[solver.margin(&found).unwrap()]);
     close(cppr_value::TotalBend, &[cppr::analysis::total_bend(&found)]);
+    let error = solver.accuracy(&found).unwrap();
+    close(cppr_value::Error, &[error.tip, error.force, error.torque]);
     // Columns of the leader, which has no actuator, are empty.
     let wide = |r: usize, c: usize, of: &dyn Fn(usize, usize) -> f64| if c < 2 { nan } else { of(r, c - 2) };
     let rows = |rows: usize, columns: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
