@@ -131,6 +131,14 @@ enum Failure {
 }
 
 fn main() -> ExitCode {
+    if let Some(message) = cppr_io::processor::lacking() {
+        output::note(&format!("{message}\n"));
+        return ExitCode::from(2);
+    }
+    run()
+}
+
+fn run() -> ExitCode {
     let result = match Cli::parse().task {
         Task::New(args) => new::run(&args),
         Task::Solve(args) => solve::run(&args),

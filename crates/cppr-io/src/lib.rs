@@ -29,6 +29,7 @@ mod material;
 mod notches;
 pub mod points;
 pub mod problems;
+pub mod processor;
 mod profile_value;
 mod quantity;
 pub mod result;

@@ -23,10 +23,14 @@ mod sweep;
 mod twin;
 mod watch;
 
+use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    if let Some(message) = cppr_io::processor::lacking() {
+        return Err(PyImportError::new_err(message));
+    }
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<robot::Robot>()?;
     m.add_class::<equilibrium::Equilibrium>()?;
