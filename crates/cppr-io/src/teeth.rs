@@ -20,6 +20,7 @@ pub(crate) enum Teeth {
 }
 
 /// Cells to compute.
+#[cfg_attr(target_family = "wasm", expect(dead_code, reason = "they are refused there"))]
 pub(crate) struct CellOrder {
     cut: Cut,
     corner_radius: Option<f64>,
