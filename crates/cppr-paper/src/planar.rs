@@ -12,7 +12,7 @@ use cppr::statics::{Loads, Thread};
 use cppr_plot::{Axis, Colouring, Force, Pose, XyCurve, XyInput, xy_figure};
 
 /// Tips that are nearer than this to one with a label go without.
-const LABEL_MM: f64 = 7.0;
+const LABEL_MM: f64 = 6.0;
 
 fn signed(mm: f64) -> String {
     if mm > 0.0 { format!("+{mm}") } else { cell(mm, usize::from(mm.fract() != 0.0) * 2) }
