@@ -47,7 +47,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         write_or_print(path, &format!("{:#}\n", record(design, &found, exceeded.as_ref(), &shape)))?;
     }
     if !found.converged || shape.is_empty() {
-        return Err(no_equilibrium(&design.name));
+        return Err(no_equilibrium(&design.name, &found));
     }
     thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
     if let Some(path) = outputs.csv {
@@ -103,10 +103,8 @@ pub fn marked(
 }
 
 /// That a solve found nothing.
-pub fn no_equilibrium(robot: &str) -> Failure {
-    Failure::NoEquilibrium(format!(
-        "{robot}: no equilibrium was found; command less, or look whether tubes reach their joints with these pulls"
-    ))
+pub fn no_equilibrium(robot: &str, found: &BundleEquilibrium) -> Failure {
+    Failure::NoEquilibrium(format!("{robot}: {}", found.verdict()))
 }
 
 /// What robot and material must allow for this command.
@@ -164,7 +162,7 @@ fn table(
         let _ = writeln!(text, "  {name:<22}{value}");
     };
     let three = |v: [f64; 3], digits| v.map(|c| format!("{:>10}", plain(c, digits))).join(" ");
-    line("status", found.status().to_string());
+    line("status", found.verdict());
     line("tip position", format!("{} mm", three((found.tip * 1e3).into(), 3)));
     let direction = found.frame.column(0);
     line("tip direction", three([direction.x, direction.y, direction.z], 5));

@@ -23,7 +23,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     let mut solver = BundleSolver::new(&bundle).with_stretch(stretch);
     let found = solver.solve(&command);
     if !found.converged {
-        return Err(no_equilibrium(&design.name));
+        return Err(no_equilibrium(&design.name, &found));
     }
     let exact = solver.sensitivity(&found).ok_or_else(|| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
@@ -46,7 +46,8 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
     let degree = 1.0_f64.to_radians();
-    let mut text = format!("{}: {}\n  {:<26}", design.name, found.status(), "by");
+    let status = found.verdict();
+    let mut text = format!("{}: {status}\n  {:<26}", design.name, "by");
     for head in ["x mm", "y mm", "z mm", "rot x deg", "rot y deg", "rot z deg"] {
         let _ = write!(text, "{head:>14}");
     }

@@ -336,12 +336,12 @@ fn solved_bundle(args: &Args, design: &BundleDesign, bundle: &Bundle) -> Result<
     let found = solver.solve(&command);
     bundle::check_loads(&command, &found)?;
     if !found.converged {
-        return Err(bundle::no_equilibrium(&design.name));
+        return Err(bundle::no_equilibrium(&design.name, &found));
     }
     thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
     let [tolerance, below] = args.bent();
     let meshes = bent_bundle(design, &solver, &found, tolerance, below).map_err(input)?;
-    Ok((found.status().to_string(), meshes))
+    Ok((found.verdict(), meshes))
 }
 
 fn assembly(format: Format, robot: &dyn Tubes, (status, meshes): Bent) -> Result<Made, Failure> {

@@ -138,7 +138,7 @@ fn of_bundle(args: &Args, design: &BundleDesign, teeth: Teeth) -> Result<Report,
     let mut analysis = ready.analysis(design);
     let found = analysis.solver.solve(&ready.command);
     if !found.converged {
-        return Err(bundle::no_equilibrium(&design.name));
+        return Err(bundle::no_equilibrium(&design.name, &found));
     }
     let ranges = match Exceeded::of_bundle(&mut analysis, &found, teeth) {
         Some(exceeded) => Err(exceeded.text()),

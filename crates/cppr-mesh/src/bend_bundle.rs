@@ -17,6 +17,9 @@ use nalgebra::{Rotation3, UnitQuaternion};
 /// Sections of the shape along the bundle, about.
 const SAMPLES: f64 = 800.0;
 
+/// Sections nearer to each other (m) are the two sides of one place.
+const ONE_PLACE: f64 = 1e-9;
+
 /// Every tube of a solved bundle in the base frame (m), the outermost first. Facets lie within `tolerance` (m) of the
 /// surface; `below` (m) is how much of every tube but the outermost is below the plate at rest, more of any tube that is pushed farther.
 ///
@@ -102,7 +105,11 @@ impl Course {
             let step = pair[1].x - pair[0].x;
             let turn = pair[0].frame.rotation_to(&pair[1].frame).scaled_axis();
             let along = pair[0].frame.inverse() * turn;
-            if step > 0.0 { along.y.hypot(along.z) / step + reach * (along.x / step).powi(2) } else { 0.0 }
+            if step > ONE_PLACE {
+                along.y.hypot(along.z) / step + reach * (along.x / step).powi(2)
+            } else {
+                0.0
+            }
         };
         self.0.windows(2).map(curvature).fold(f64::MIN_POSITIVE, f64::max)
     }

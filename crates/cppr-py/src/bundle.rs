@@ -133,8 +133,7 @@ impl Bundle {
             }
         });
         if !found.converged {
-            let text = "no equilibrium was found; command less, or look whether tubes reach their joints with these pulls";
-            return Err(errors::error(py, "NoEquilibrium", text));
+            return Err(errors::error(py, "NoEquilibrium", found.verdict()));
         }
         if let Some(label) = cppr_sweep::load_behind_plate(&command, &found) {
             let text =

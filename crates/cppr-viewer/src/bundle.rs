@@ -178,12 +178,9 @@ impl BundleModel {
             None => analysis.solver.solve(&command),
         };
         let solve_us = clock.elapsed().as_secs_f64() * 1e6;
-        let none = || {
-            let reason = "No equilibrium was found; command less, or look whether tubes reach their joints with these pulls.";
-            ("not_converged", vec![reason.into()])
-        };
+        let none = |found: &BundleEquilibrium| ("not_converged", vec![found.verdict()]);
         if !found.converged {
-            return Err(none());
+            return Err(none(&found));
         }
         if let Some(label) = load_behind_plate(&command, &found) {
             return Err(wrong(format!("a load acts at {:.3} mm on tube 1, behind the plate", label * 1e3)));
@@ -196,7 +193,7 @@ impl BundleModel {
         let limits = analysis.section_limits(&found, Teeth::Rigid);
         let shape = analysis.solver.shape(&found, found.length / (message::SECTIONS - 1) as f64);
         if shape.is_empty() {
-            return Err(none());
+            return Err(none(&found));
         }
         let pose = self.pose(asked, &found, &shape, &limits, solve_us);
         let bytes = message::encode(&pose, &floats(&self.design, &found, &shape));
@@ -264,7 +261,7 @@ impl BundleModel {
             id: asked.id,
             dragged: asked.target_mm.is_some(),
             status: found.status().word(),
-            text: found.status().to_string(),
+            text: found.verdict(),
             exceeded: exceeded(limits),
             tip_mm: (found.tip * 1e3).into(),
             direction: direction.into(),

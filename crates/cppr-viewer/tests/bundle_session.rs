@@ -118,7 +118,7 @@ fn what_cannot_be_asked_is_refused_with_a_sentence() {
         assert!(answer["reasons"].to_string().contains(fragment), "{answer}");
     };
     refused(pulls(&[(2, 200.0)]), "wrong", "behind the plate");
-    refused(pulls(&[(2, 100.0)]), "not_converged", "No equilibrium was found");
+    refused(pulls(&[(2, 100.0)]), "not_converged", "no equilibrium was found");
     refused(pulls(&[(3, 1.0)]), "wrong", "there is no tube 3");
     for text in [
         "modes = \"planar\"",

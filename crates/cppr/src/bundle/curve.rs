@@ -120,6 +120,18 @@ impl Piece {
         }
     }
 
+    /// Takes a part of its rest curvature.
+    pub fn curve_less(&mut self, part: f64) {
+        for which in [FIELDS - 2, FIELDS - 1] {
+            if let Some(values) = &mut self.uniform {
+                values[which] *= part;
+            }
+            for coefficient in self.series.get_mut(which).into_iter().flatten() {
+                *coefficient *= part;
+            }
+        }
+    }
+
     /// All fields but the direction at x.
     pub fn table_at(&self, x: f64) -> [f64; FIELDS] {
         from_fn(|f| self.field(f, x)[0])

@@ -167,7 +167,7 @@ impl<'a, S: Number> Flow<'a, S> {
             };
             let weight =
                 weight.map(|w| Weight { height: w.height.value(), across: w.across.map(Number::value) });
-            scratch.tubes.push(Tube::new(piece, state, weight, command.stretch));
+            scratch.tubes.push(Tube::new(piece, state, weight, command.lengthening.stretch));
         }
         (moment, frame)
     }
@@ -287,21 +287,33 @@ impl<'a, S: Number> Flow<'a, S> {
 
     /// Gives the tension of one tube the value at which G becomes `wanted`.
     pub fn restore(&mut self, place: usize, wanted: S) -> Result<(), Unbalanced> {
-        // G grows with T at the rate g/h°, and is concave in it.
-        for turn in 0..RESTORING {
+        // G grows with T at the rate g/h°, and is concave in it, but not every tension has a section that balances.
+        let at = 4 * place + 1;
+        let (mut balanced, mut slanted) = (None, false);
+        for _ in 0..RESTORING {
             let mut rate = 1.0;
-            let (_, energy) = self.look(&mut |p, own| {
+            let found = self.look(&mut |p, own| {
                 if p == place {
                     rate = own.advance().value();
                 }
-            })?;
-            let missing = wanted - energy;
-            let tension = self.values[4 * place + 1];
-            self.values[4 * place + 1] = tension.plus(1.0 / rate, missing);
-            let small = 1e-9 * (self.command.force_scale + tension.value().abs());
-            if turn > 0 && missing.value().abs() <= small {
-                return Ok(());
-            }
+            });
+            let tension = self.values[at];
+            self.values[at] = match (found, balanced) {
+                (Ok((_, energy)), _) => {
+                    let missing = wanted - energy;
+                    balanced = Some(tension);
+                    let small = 1e-9 * (self.command.force_scale + tension.value().abs());
+                    if slanted && missing.value().abs() <= small {
+                        return Ok(());
+                    }
+                    slanted = true;
+                    tension.plus(1.0 / rate, missing)
+                }
+                (Err(_), Some(last)) => (last + tension) * 0.5,
+                // A tube that others held until now may be pushed by more than it bears alone.
+                (Err(_), None) if tension.value() < 0.0 => S::constant(0.0),
+                (Err(lost), None) => return Err(lost),
+            };
         }
         Err(Unbalanced)
     }

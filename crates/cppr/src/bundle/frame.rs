@@ -2,7 +2,7 @@
 
 use super::Bundle;
 use super::number::Number;
-use super::prepared::Prepared;
+use super::prepared::{Lengthening, Prepared};
 use super::section::TubeState;
 use super::solve::BundleCommand;
 use super::walk::{Base, Condition, Walk};
@@ -27,8 +27,8 @@ pub(super) struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    pub fn new(bundle: &'a Bundle, command: &'a BundleCommand, stretch: bool) -> Self {
-        let prepared = Prepared::new(bundle, &command.loads, stretch);
+    pub fn new(bundle: &'a Bundle, command: &'a BundleCommand, lengthening: Lengthening) -> Self {
+        let prepared = Prepared::new(bundle, &command.loads, lengthening);
         let present = (0..bundle.tubes.len())
             .map(|i| match command.drives[i].translation {
                 Drive::Motion(label) => label < bundle.tubes[i].tip,

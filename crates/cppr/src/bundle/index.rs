@@ -33,6 +33,8 @@ const INTERVALS: f64 = 32.0;
 const MOVES: usize = 7;
 /// Eigenvalues below this part of the greatest are none.
 const NOTHING: f64 = 1e-11;
+/// Times that rows are scaled.
+const EQUAL: usize = 3;
 
 /// Moves and rates of a section's pose.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +68,7 @@ impl BundleSolver<'_> {
     /// potential enter with their symmetric part. `None` where it cannot be told: an eigenvalue vanishes.
     #[must_use]
     pub fn inertia(&self, equilibrium: &BundleEquilibrium) -> Option<usize> {
-        let command = Prepared::new(self.bundle, &equilibrium.command.loads, self.stretch);
+        let command = Prepared::new(self.bundle, &equilibrium.command.loads, self.lengthening());
         let units = Units { length: self.bundle.length, force: command.force_scale };
         let mut cuts = Vec::new();
         let keys = self.with_walk(equilibrium, |walk, base| {
@@ -85,6 +87,10 @@ impl BundleSolver<'_> {
             count.event(tube, *stop, last, self.bundle, &command, &units)?;
             for pair in own.windows(2).rev() {
                 count.interval(pair[0], pair[1])?;
+            }
+            let first = own.first()?;
+            if last.length - first.length <= 0.0 {
+                count.between_events(first);
             }
             count.end()?;
         }
@@ -278,8 +284,8 @@ impl Count {
         (self.form, self.places, self.present) = (form, places, cut.present.clone());
     }
 
-    /// A condition on q, with its multiplier.
-    fn condition(&mut self, row: &[(usize, f64)]) {
+    /// A condition on q, with its multiplier, to which it gives way by a factor.
+    fn condition(&mut self, row: &[(usize, f64)], give: f64) {
         let last = self.form.ncols();
         let form = std::mem::take(&mut self.form);
         self.form = form.resize(last + 1, last + 1, 0.0);
@@ -287,6 +293,7 @@ impl Count {
             self.form[(last, column)] = factor;
             self.form[(column, last)] = factor;
         }
+        self.form[(last, last)] = -give;
         self.multipliers += 1;
     }
 
@@ -308,8 +315,8 @@ impl Count {
                 let places: Vec<usize> =
                     station.iter().filter_map(|(t, _)| cut.present.iter().position(|own| own == t)).collect();
                 for &other in places.iter().filter(|other| **other != place) {
-                    self.condition(&[(2 * other, 1.0)]);
-                    self.condition(&[(2 * other + 1, 1.0), (2 * place + 1, -1.0)]);
+                    self.condition(&[(2 * other, 1.0)], command.lengthening.give);
+                    self.condition(&[(2 * other + 1, 1.0), (2 * place + 1, -1.0)], 0.0);
                 }
                 let goes_on =
                     |tube: &usize| !station.iter().any(|(t, l)| t == tube && *l >= bundle.tubes[*t].tip);
@@ -321,7 +328,7 @@ impl Count {
             }
         }
         // The event of the span, last.
-        self.condition(&[(2 * place, 1.0)]);
+        self.condition(&[(2 * place, 1.0)], 0.0);
         Some(())
     }
 
@@ -416,6 +423,20 @@ impl Count {
         self.eliminate(&(n + kept..total).collect::<Vec<_>>())
     }
 
+    /// Goes back over a span without length, between events that coincide: its η is the length that it gets.
+    fn between_events(&mut self, cut: &Cut) {
+        let n = self.places;
+        let (moved, slope) = (cut.rates.column(n), cut.form.view((0, n), (n, 1)));
+        let mut beyond = DMatrix::identity(self.form.ncols(), self.form.ncols());
+        beyond.view_mut((0, n), (n, 1)).copy_from(&moved);
+        self.form = beyond.transpose() * &self.form * &beyond;
+        for i in 0..n {
+            self.form[(i, n)] += slope[i];
+            self.form[(n, i)] += slope[i];
+            self.form[(n, n)] += slope[i] * moved[i];
+        }
+    }
+
     /// The span is over: its η and the multiplier of its event go.
     fn end(&mut self) -> Option<()> {
         let last = self.form.ncols() - 1;
@@ -467,7 +488,16 @@ fn negative(matrix: &DMatrix<f64>) -> Option<usize> {
     if matrix.is_empty() || matrix.clone().cholesky().is_some() {
         return Some(0);
     }
-    let values = SymmetricEigen::new(matrix.clone()).eigenvalues;
+    // In units in which every row has the same size, which changes no sign.
+    let mut scaled = matrix.clone();
+    for _ in 0..EQUAL {
+        let sizes: Vec<f64> = scaled.row_iter().map(|row| row.amax().sqrt()).collect();
+        for (i, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
+            scaled.row_mut(i).unscale_mut(*size);
+            scaled.column_mut(i).unscale_mut(*size);
+        }
+    }
+    let values = SymmetricEigen::new(scaled).eigenvalues;
     let most = values.amax();
     if !most.is_finite() || values.iter().any(|v| v.abs() <= NOTHING * most) {
         return None;

@@ -110,6 +110,15 @@ impl Bundle {
         })
     }
 
+    /// The same of tubes that curve less when free, by a factor.
+    pub(crate) fn curved_by(&self, part: f64) -> Self {
+        let mut other = self.clone();
+        for piece in other.tubes.iter_mut().flat_map(|tube| &mut tube.pieces) {
+            piece.curve_less(part);
+        }
+        other
+    }
+
     /// A bundle of tubes with joints: for each its tubes (index) and their labels (m). Tips in no joint are free.
     pub(crate) fn assemble(tubes: Vec<BundleTube>, joints: Vec<Vec<(usize, f64)>>) -> Self {
         let length = tubes.iter().fold(0.0, |m: f64, t| m.max(t.tip));

@@ -4,7 +4,7 @@ use super::frame::Frame;
 use super::number::{Dual, Number};
 use super::steps::Steps;
 use super::walk::{Lost, Walk};
-use nalgebra::{DMatrix, DVector, Dyn, LU, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Most unknowns and inputs at once; a bundle with more is not solved, and says so.
 pub(super) const MOST: usize = 48;
@@ -13,6 +13,8 @@ pub(super) const SETTLED: f64 = 1e-9;
 const BETWEEN: f64 = 100.0;
 /// Longest Newton step, in scaled unknowns.
 const LONGEST: f64 = 20.0;
+/// Singular values below this part of the greatest are zero.
+const SINGULAR: f64 = 1e-14;
 /// Steps of the integration are cut where that is needed until Newton's step is below this.
 const ROUGH: f64 = 1e-2;
 
@@ -59,7 +61,7 @@ impl Tangent {
         let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
         let drives: Vec<[Dual<P>; 2]> = frame.drives().iter().map(|pair| pair.map(Dual::constant)).collect();
         let base = frame.base(&inputs, &drives);
-        steps.defect = 0.0;
+        steps.begin_again();
         let outcome = walk.run(&base, steps, None)?;
         let units = frame.residual_units(&outcome.conditions);
         let (n, left) = (unknowns.len(), outcome.residual);
@@ -79,23 +81,37 @@ struct Point {
     unknowns: Vec<f64>,
     steps: Steps,
     change: DVector<f64>,
-    lu: LU<f64, Dyn, Dyn>,
+    /// Of the conditions' slopes; NaN where these are singular.
+    determinant: f64,
     /// Greatest changes of the unknowns and of the states between.
     size: [f64; 2],
     defect: f64,
 }
 
+/// The step and the determinant. Where inextensible tubes without lever lie side by side between two joints, how they share their force is not
+/// determined, and the matrix is singular: the shortest step is taken then.
+pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    let lu = matrix.clone().lu();
+    let pivots = lu.u().diagonal();
+    if pivots.amin() > SINGULAR * pivots.amax() {
+        return Some((lu.solve(right)?, lu.determinant()));
+    }
+    let svd = matrix.svd(true, true);
+    let least = SINGULAR * svd.singular_values.amax();
+    let determinant = if svd.singular_values.amin() > least { lu.determinant() } else { f64::NAN };
+    Some((svd.solve(right, least).ok()?, determinant))
+}
+
 impl Point {
     fn new(frame: &Frame, walk: &Walk, unknowns: Vec<f64>, mut steps: Steps) -> Result<Self, Lost> {
         let tangent = Tangent::new(frame, &unknowns, walk, &mut steps)?;
-        let lu = tangent.matrix.lu();
-        let change = lu.solve(&-tangent.residual).ok_or(Lost::Section)?;
+        let (change, determinant) = solve(tangent.matrix, &-tangent.residual).ok_or(Lost::Section)?;
         let between = steps.greatest_change(change.as_slice(), walk);
         let size = [change.amax(), between];
         if !size.iter().all(|s| s.is_finite()) {
             return Err(Lost::Steps);
         }
-        Ok(Self { unknowns, steps, change, lu, size, defect: tangent.defect })
+        Ok(Self { unknowns, steps, change, determinant, size, defect: tangent.defect })
     }
 
     fn greatest(&self) -> f64 {
@@ -129,7 +145,7 @@ pub(super) fn newton(
         if here.size[0] <= settled && here.size[1] <= BETWEEN * settled {
             let (unknowns, mut steps) = here.moved(1.0);
             steps.settle();
-            return Ok(Found { unknowns, steps, determinant: here.lu.determinant(), iterations });
+            return Ok(Found { unknowns, steps, determinant: here.determinant, iterations });
         }
         let mut factor = f64::min(1.0, LONGEST / size);
         loop {

@@ -20,6 +20,19 @@ pub(crate) enum Stop {
     End(usize),
 }
 
+/// How centroid lines lengthen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lengthening {
+    /// By their tension everywhere?
+    pub stretch: bool,
+    /// At joints, by this part of the length for a force of EI/L²; see [`GIVE`].
+    pub give: f64,
+}
+
+/// Inextensible tubes without lever that lie side by side between two joints share their force in no way that is determined. Where there are such
+/// tubes, every tube gives way at its joints by this part of the length for a force of EI/L², as little as a thousandth of what tubes really stretch by.
+pub(crate) const GIVE: f64 = 1e-7;
+
 /// A concentrated load.
 #[derive(Clone, Debug)]
 pub(crate) enum Applied {
@@ -39,7 +52,7 @@ pub(crate) struct Prepared {
     pub tip: Vec<Applied>,
     pub distributed: Vec<DistributedForce>,
     pub gravity: Option<[f64; 3]>,
-    pub stretch: bool,
+    pub lengthening: Lengthening,
     /// Per tube: labels (m) in order, and what is there.
     pub stops: Vec<Vec<(f64, Stop)>>,
     /// EI/L² (N).
@@ -51,7 +64,7 @@ pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
 }
 
 impl Prepared {
-    pub fn new(bundle: &Bundle, loads: &Loads, stretch: bool) -> Self {
+    pub fn new(bundle: &Bundle, loads: &Loads, lengthening: Lengthening) -> Self {
         let Loads { wrenches, distributed, gravity, threads } = loads;
         let (mut points, mut tip) = (Vec::new(), Vec::new());
         let mut dead_force = Vector3::zeros();
@@ -99,7 +112,7 @@ impl Prepared {
             tip,
             distributed: distributed.clone(),
             gravity: gravity.as_ref().map(array),
-            stretch,
+            lengthening,
             stops,
             force_scale: bundle.bending / (bundle.length * bundle.length),
         }

@@ -4,6 +4,7 @@ use super::Bundle;
 use super::course::Course;
 use super::frame::{Frame, Unknowns};
 use super::newton::{Found, SETTLED, Tangent, newton};
+use super::prepared::{GIVE, Lengthening};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
 use super::walk::{Base, Walk};
@@ -130,6 +131,8 @@ pub struct BundleEquilibrium {
     pub stable: bool,
     /// What [`BundleSolver::inertia`] counted.
     pub(crate) inertia: Option<usize>,
+    /// Where the path of stable equilibria from rest or a neighbour ended, if it did not arrive.
+    pub(crate) ended: Option<PathEnd>,
     /// Steps of the integration, and Newton steps.
     pub steps: usize,
     /// Newton steps.
@@ -143,6 +146,34 @@ pub struct BundleEquilibrium {
 }
 
 impl BundleEquilibrium {
+    /// What became of the command, in a sentence.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let end = match self.ended {
+            None => "no equilibrium was found with all motors held and no load".into(),
+            Some(PathEnd { share, .. }) if share <= 0.0 => {
+                "no equilibrium was found for even the first small part of the command".into()
+            }
+            Some(PathEnd { share, turns: true }) => format!(
+                "stable equilibria were followed to {:.1} % of the command, where they end in a fold or lose their stability: \
+                 the robot snaps there",
+                100.0 * share
+            ),
+            Some(PathEnd { share, turns: false }) => {
+                format!("no equilibrium was found beyond {:.1} % of the command", 100.0 * share)
+            }
+        };
+        match (self.converged, self.stable, self.ended) {
+            (false, ..) => format!(
+                "{end}; command less, or look whether tubes reach their joints with these pulls and whether tubes without lever are \
+                 pulled against each other"
+            ),
+            (true, true, Some(_)) => format!("converged, stable, but {end}: another branch"),
+            (true, false, Some(_)) => format!("converged, unstable; {end}"),
+            (true, _, None) => self.status().to_string(),
+        }
+    }
+
     /// What it is the equilibrium under.
     #[must_use]
     pub fn command(&self) -> &BundleCommand {
@@ -155,7 +186,9 @@ impl BundleEquilibrium {
         match (self.converged, self.stable) {
             (true, true) => Status::Converged,
             (true, false) => Status::Unstable,
-            (false, _) => Status::NotConverged(Reason::PathEnds { fraction: 0.0 }),
+            (false, _) => {
+                Status::NotConverged(Reason::PathEnds { fraction: self.ended.map_or(0.0, |end| end.share) })
+            }
         }
     }
 }
@@ -168,6 +201,8 @@ pub struct BundleSolver<'a> {
     pub(super) tolerance: f64,
     /// Are the tubes' centroid lines extensible?
     pub(super) stretch: bool,
+    /// Do tubes give way at joints, see [`GIVE`]?
+    gives: bool,
     rest: Option<BundleEquilibrium>,
     references: Vec<(Kinds, f64)>,
 }
@@ -177,6 +212,8 @@ const LONGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
 const SHORTEST_STEP: f64 = 1.0 / 4096.0;
+/// Newton steps after which an equilibrium may be one of another branch than that from which it was sought.
+const DIRECT: usize = 12;
 /// Newton steps towards an equilibrium that is near already, and the scaled step with which they end: what is left is of its square.
 const ITERATIONS_NEAR: usize = 25;
 const SETTLED_NEAR: f64 = 1e-5;
@@ -185,15 +222,89 @@ const ITERATIONS_IN_STEPS: usize = 15;
 const EASY: usize = 6;
 /// Load steps.
 const MOST_STEPS: usize = 400;
+/// By this factor at least the determinant falls from one of the shortest steps to the next where an eigenvalue vanishes.
+const TURNING: f64 = 0.8;
 
 /// Kinds of the drives of every tube, and whether there are loads: the conditions at rest have one determinant for each.
 type Kinds = (Vec<[bool; 2]>, [bool; 2]);
+
+/// Have as many eigenvalues changed their signs since rest as makes an even number? Where conditions are singular nobody knows.
+fn as_at_rest(found: &Found, reference: f64) -> bool {
+    let share = found.determinant / reference;
+    share.is_nan() || share > 0.0
+}
+
+/// Where a path from a neighbour to a command ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PathEnd {
+    /// Share of the way on which equilibria as stable as the first were found.
+    pub share: f64,
+    /// Does an eigenvalue of theirs vanish there?
+    pub turns: bool,
+}
+
+/// Where the next equilibrium of a path is sought: states at the last and the one before, each with its share of the way.
+struct Guess {
+    last: (f64, Unknowns, Steps),
+    before: Option<(f64, Unknowns, Steps)>,
+}
+
+impl Guess {
+    fn new(unknowns: Unknowns, steps: Steps) -> Self {
+        Self { last: (0.0, unknowns, steps), before: None }
+    }
+
+    /// On the line through both.
+    fn at(&self, frame: &Frame, share: f64) -> (Vec<f64>, Steps) {
+        let (reached, unknowns, between) = &self.last;
+        let (mut start, mut steps) = (frame.scaled(unknowns), between.coarsened());
+        if let Some((from, unknowns, between)) = &self.before {
+            let factor = (share - reached) / (reached - from);
+            for (own, old) in start.iter_mut().zip(frame.scaled(unknowns)) {
+                *own += factor * (*own - old);
+            }
+            steps.extrapolate(between, factor);
+        }
+        (start, steps)
+    }
+}
+
+/// Goes along a path in steps, none longer than `longest`, to its end at 1. `attempt` finds the equilibrium at a share of the way; a step to where it finds
+/// none is halved.
+fn follow(
+    mut guess: Guess,
+    longest: f64,
+    mut attempt: impl FnMut(f64, &Guess) -> Option<(Unknowns, Found)>,
+) -> Result<Found, PathEnd> {
+    let mut step = longest.min(0.25);
+    // Determinants at the last three places.
+    let mut determinants = [f64::NAN; 3];
+    for _ in 0..MOST_STEPS {
+        let reached = guess.last.0;
+        let next = f64::min(1.0, reached + step);
+        match attempt(next, &guess) {
+            Some((_, found)) if next >= 1.0 => return Ok(found),
+            Some((unknowns, found)) => {
+                step = longest.min(step * if found.iterations <= EASY { 2.0 } else { 1.0 });
+                determinants = [determinants[1], determinants[2], found.determinant.abs()];
+                guess.before = Some(std::mem::replace(&mut guess.last, (next, unknowns, found.steps)));
+            }
+            None => step *= 0.5,
+        }
+        if step < SHORTEST_STEP {
+            break;
+        }
+    }
+    // The steps shrink towards a place where an eigenvalue vanishes, and the determinant with it.
+    let [first, second, third] = determinants;
+    Err(PathEnd { share: guess.last.0, turns: third < TURNING * second && second < first })
+}
 
 impl<'a> BundleSolver<'a> {
     /// A solver with a tolerance of 1e-8 for one step.
     #[must_use]
     pub fn new(bundle: &'a Bundle) -> Self {
-        Self { bundle, tolerance: 1e-8, stretch: false, rest: None, references: Vec::new() }
+        Self { bundle, tolerance: 1e-8, stretch: false, gives: false, rest: None, references: Vec::new() }
     }
 
     /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product.
@@ -233,22 +344,56 @@ impl<'a> BundleSolver<'a> {
     pub fn rest(&mut self) -> Option<&BundleEquilibrium> {
         if self.rest.is_none() {
             let held = self.held();
-            let frame = Frame::new(self.bundle, &held, self.stretch);
-            let start = frame.scaled(&Unknowns::default());
-            let found =
-                newton(&frame, &frame.walk(self.tolerance), start, Steps::default(), ITERATIONS, SETTLED)
-                    .ok()?;
-            self.rest = Some(self.conclude(&frame, &held, found, f64::NAN));
+            let (rest, determined) = self.unbent(&held)?;
+            self.rest = Some(rest);
+            if !determined && !self.gives {
+                self.gives = true;
+                self.rest = Some(self.unbent(&held)?.0);
+            }
         }
         self.rest.as_ref()
+    }
+
+    /// Rest, from straight tubes: in one go, and where that does not arrive at a stable one with tubes that curve more and more. Also whether all forces
+    /// are determined.
+    fn unbent(&self, held: &BundleCommand) -> Option<(BundleEquilibrium, bool)> {
+        let frame = Frame::new(self.bundle, held, self.lengthening());
+        let start = frame.scaled(&Unknowns::default());
+        let walk = frame.walk(self.tolerance);
+        let at_once = newton(&frame, &walk, start, Steps::default(), ITERATIONS, SETTLED).ok();
+        let conclude = |found: Found| {
+            let determined = !found.determinant.is_nan();
+            (self.conclude(&frame, held, found, f64::NAN), determined)
+        };
+        let at_once = at_once.map(conclude);
+        if at_once.as_ref().is_some_and(|(found, determined)| found.stable || !determined) {
+            return at_once;
+        }
+        let mut straight = None;
+        let path = follow(Guess::new(Unknowns::default(), Steps::default()), 1.0, |share, guess| {
+            let bundle = self.bundle.curved_by(share);
+            let frame = Frame::new(&bundle, held, self.lengthening());
+            let (start, steps) = guess.at(&frame, share);
+            let found =
+                newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
+                    .ok()?;
+            let reference = *straight.get_or_insert(found.determinant);
+            as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))
+        });
+        path.ok().map(conclude).or(at_once)
+    }
+
+    pub(super) fn lengthening(&self) -> Lengthening {
+        Lengthening { stretch: self.stretch, give: if self.gives { GIVE } else { 0.0 } }
     }
 
     /// The determinant of the conditions at rest, for the kinds of drives and loads of a command.
     fn rest_determinant(&mut self, command: &BundleCommand) -> f64 {
         let Some(rest) = self.rest() else { return f64::NAN };
         let (start, between) = (rest.unknowns.clone(), rest.between.clone());
+        let odd = rest.inertia.is_some_and(|negative| negative % 2 == 1);
         let still = command.between(&self.held(), 0.0);
-        let frame = Frame::new(self.bundle, &still, self.stretch);
+        let frame = Frame::new(self.bundle, &still, self.lengthening());
         let drives = command.drives.iter().map(|d| [d.translation.is_motion(), d.rotation.is_motion()]);
         let kinds: Kinds = (drives.collect(), [frame.prepared.loaded, frame.prepared.seeks_force]);
         if let Some((_, known)) = self.references.iter().find(|(own, _)| *own == kinds) {
@@ -257,6 +402,8 @@ impl<'a> BundleSolver<'a> {
         let start = frame.scaled(&start);
         let found = newton(&frame, &frame.walk(self.tolerance), start, between, ITERATIONS, SETTLED);
         let determinant = found.map_or(f64::NAN, |found| found.determinant);
+        // As it were at a stable rest.
+        let determinant = if odd { -determinant } else { determinant };
         self.references.push((kinds, determinant));
         determinant
     }
@@ -270,6 +417,7 @@ impl<'a> BundleSolver<'a> {
             length: 0.0,
             stable: false,
             inertia: None,
+            ended: None,
             steps: 0,
             iterations: 0,
             error: [f64::NAN; 2],
@@ -282,7 +430,7 @@ impl<'a> BundleSolver<'a> {
     /// The same from a neighbour.
     pub fn solve_from(&mut self, command: &BundleCommand, start: &BundleEquilibrium) -> BundleEquilibrium {
         let reference = self.rest_determinant(command);
-        let frame = Frame::new(self.bundle, command, self.stretch);
+        let frame = Frame::new(self.bundle, command, self.lengthening());
         let walk = frame.walk(self.tolerance);
         let share = command.share_of_turn(&start.command);
         let direct = || {
@@ -290,13 +438,19 @@ impl<'a> BundleSolver<'a> {
             newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS, SETTLED).ok()
         };
         let at_once = if share >= 1.0 { direct() } else { None };
-        let found = match at_once {
-            Some(found) if found.determinant / reference > 0.0 => Some(found),
-            other => self.in_steps(command, start, reference, share).or(other).or_else(direct),
+        let (found, ended) = match at_once {
+            Some(found) if as_at_rest(&found, reference) && found.iterations <= DIRECT => (Some(found), None),
+            other => match self.in_steps(command, start, reference, share) {
+                Ok(found) => (Some(found), None),
+                Err(end) => (other.or_else(direct), Some(end)),
+            },
         };
-        let Some(found) = found else { return Self::lost(command) };
+        let Some(found) = found else {
+            return BundleEquilibrium { ended, ..Self::lost(command) };
+        };
         let mut found = self.conclude(&frame, command, found, reference);
         found.error = self.error(&frame, &found);
+        found.ended = ended;
         found
     }
 
@@ -308,7 +462,7 @@ impl<'a> BundleSolver<'a> {
         start: &BundleEquilibrium,
     ) -> Option<BundleEquilibrium> {
         let reference = self.rest_determinant(command);
-        let frame = Frame::new(self.bundle, command, self.stretch);
+        let frame = Frame::new(self.bundle, command, self.lengthening());
         let begin = frame.scaled(&start.unknowns);
         let walk = frame.walk(self.tolerance);
         let found =
@@ -323,7 +477,7 @@ impl<'a> BundleSolver<'a> {
         start: &Unknowns,
         course: &Course,
     ) -> Option<BundleEquilibrium> {
-        let frame = Frame::new(self.bundle, command, self.stretch);
+        let frame = Frame::new(self.bundle, command, self.lengthening());
         let walk = Walk { course: Some(course), ..frame.walk(self.tolerance) };
         let mut start = start.clone();
         let base = frame.base(&frame.scaled(&start), &frame.drives());
@@ -347,34 +501,16 @@ impl<'a> BundleSolver<'a> {
         start: &BundleEquilibrium,
         reference: f64,
         longest: f64,
-    ) -> Option<Found> {
-        let (mut reached, mut step) = (0.0, longest.min(0.25));
-        let mut last = (start.unknowns.clone(), start.between.clone());
-        for _ in 0..MOST_STEPS {
-            let next = f64::min(1.0, reached + step);
-            let target = command.between(&start.command, next);
-            let frame = Frame::new(self.bundle, &target, self.stretch);
-            let walk = frame.walk(self.tolerance);
-            let guess = frame.scaled(&last.0);
-            let arrived = newton(&frame, &walk, guess, last.1.coarsened(), ITERATIONS_IN_STEPS, SETTLED)
-                .ok()
-                .filter(|found| found.determinant / reference > 0.0);
-            match arrived {
-                Some(found) if next >= 1.0 => return Some(found),
-                Some(found) => {
-                    reached = next;
-                    step = longest.min(step * if found.iterations <= EASY { 2.0 } else { 1.0 });
-                    last = (frame.unknowns(&found.unknowns), found.steps);
-                }
-                None => {
-                    step *= 0.5;
-                    if step < SHORTEST_STEP {
-                        return None;
-                    }
-                }
-            }
-        }
-        None
+    ) -> Result<Found, PathEnd> {
+        follow(Guess::new(start.unknowns.clone(), start.between.clone()), longest, |share, guess| {
+            let target = command.between(&start.command, share);
+            let frame = Frame::new(self.bundle, &target, self.lengthening());
+            let (start, steps) = guess.at(&frame, share);
+            let found =
+                newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
+                    .ok()?;
+            as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))
+        })
     }
 
     fn conclude(
@@ -407,6 +543,7 @@ impl<'a> BundleSolver<'a> {
             length: outcome.length,
             stable: false,
             inertia: None,
+            ended: None,
             steps: steps.count(),
             iterations: found.iterations,
             error: [f64::NAN; 2],
@@ -447,7 +584,7 @@ impl<'a> BundleSolver<'a> {
         equilibrium: &BundleEquilibrium,
         look: impl FnOnce(Walk, &Base<f64>) -> T,
     ) -> T {
-        let frame = Frame::new(self.bundle, &equilibrium.command, self.stretch);
+        let frame = Frame::new(self.bundle, &equilibrium.command, self.lengthening());
         let base = frame.base(&frame.scaled(&equilibrium.unknowns), &frame.drives());
         look(frame.walk(self.tolerance), &base)
     }

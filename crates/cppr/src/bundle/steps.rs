@@ -28,6 +28,8 @@ struct Node {
 struct SpanSteps {
     /// Tube and number of its stop at which the span ends.
     key: (usize, usize),
+    /// How many stops every tube has passed where the span begins: in another order of the events the states are others.
+    passed: Vec<usize>,
     /// Shares of the span at which the steps end.
     ends: Vec<f64>,
     /// States there; the last one is that beyond the event.
@@ -55,7 +57,7 @@ impl Steps {
                 nodes.extend([Node::default(), node.clone()]);
                 last = end;
             }
-            SpanSteps { key: span.key, ends, nodes }
+            SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
         Self { spans: self.spans.iter().map(halve).collect(), adapt: false, defect: 0.0 }
     }
@@ -74,9 +76,26 @@ impl Steps {
                 nodes.push(span.nodes[index].clone());
                 index += 1;
             }
-            SpanSteps { key: span.key, ends, nodes }
+            SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
         Self { spans: self.spans.iter().map(coarsen).collect(), adapt: false, defect: 0.0 }
+    }
+
+    /// Moves every state on by a multiple of how far it has come since it was what stands in `before`.
+    pub fn extrapolate(&mut self, before: &Self, factor: f64) {
+        for span in &mut self.spans {
+            let same = |old: &&SpanSteps| old.key == span.key && old.passed == span.passed;
+            let Some(old) = before.spans.iter().find(same) else { continue };
+            for (end, node) in span.ends.iter().zip(&mut span.nodes) {
+                let at = old.ends.iter().position(|other| (other - end).abs() < SHORTEST);
+                let Some(old) = at.map(|at| &old.nodes[at]).filter(|old| old.tubes == node.tubes) else {
+                    continue;
+                };
+                for (value, old) in node.values.iter_mut().zip(&old.values) {
+                    *value += factor * (*value - old);
+                }
+            }
+        }
     }
 
     /// Tube and stop at which span `number` ended last.
@@ -86,16 +105,22 @@ impl Steps {
 
     /// Span `number` ends at the stop of this key. Where tubes have come to pass their events in another order, the steps of that span are
     /// those that were kept for it.
-    fn begin(&mut self, number: usize, key: (usize, usize)) {
-        if self.key(number) == Some(key) {
-            return;
+    fn begin(&mut self, number: usize, key: (usize, usize), passed: &[usize]) {
+        if self.key(number) != Some(key) {
+            let later = self.spans[number.min(self.spans.len())..].iter().position(|span| span.key == key);
+            let span = match later {
+                Some(place) => self.spans.remove(number + place),
+                None => SpanSteps { key, passed: passed.to_vec(), ends: Vec::new(), nodes: Vec::new() },
+            };
+            self.spans.insert(number, span);
         }
-        let later = self.spans[number.min(self.spans.len())..].iter().position(|span| span.key == key);
-        let span = match later {
-            Some(place) => self.spans.remove(number + place),
-            None => SpanSteps { key, ends: Vec::new(), nodes: Vec::new() },
-        };
-        self.spans.insert(number, span);
+        let span = &mut self.spans[number];
+        if span.passed != passed {
+            span.passed = passed.to_vec();
+            for node in &mut span.nodes {
+                node.values.clear();
+            }
+        }
     }
 
     /// How many steps there are.
@@ -106,6 +131,14 @@ impl Steps {
     /// There are no more spans than these.
     pub fn end(&mut self, spans: usize) {
         self.spans.truncate(spans);
+    }
+
+    /// An integration begins: no state has been met by it.
+    pub fn begin_again(&mut self) {
+        self.defect = 0.0;
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            node.slopes.clear();
+        }
     }
 
     /// Forgets the slopes.
@@ -210,6 +243,8 @@ pub(super) struct Span<'a> {
     /// Number of the span, and the tube and stop at its end.
     pub number: usize,
     pub key: (usize, usize),
+    /// How many stops every tube has passed.
+    pub passed: &'a [usize],
     /// Labels that the tubes may not pass.
     pub limits: &'a [f64],
 }
@@ -222,7 +257,7 @@ pub(super) fn march<S: Number>(
     walk: &Walk,
     visit: &mut Option<Visitor<S>>,
 ) -> Result<Option<usize>, Lost> {
-    steps.begin(span.number, span.key);
+    steps.begin(span.number, span.key, span.passed);
     try_march(flow, span, steps, walk, visit)
 }
 

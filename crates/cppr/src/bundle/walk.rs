@@ -224,7 +224,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
                 let limit = self.stop(other).filter(|_| place != leading);
                 self.limits.push(limit.map_or(f64::INFINITY, |(label, _)| label + SAME * length));
             }
-            let span = Span { leading, to, number, key, limits: &self.limits };
+            let span = Span { leading, to, number, key, passed: &self.next, limits: &self.limits };
             match march(&mut self.flow, &span, steps, &self.walk, &mut self.visit)? {
                 None => {
                     self.pass(leading)?;
@@ -297,7 +297,9 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             torque += self.flow.values[4 * place + 3];
             if place != first {
                 let angle = self.flow.values[4 * first + 2];
-                self.leave(Condition::Label, self.flow.values[4 * place] - label);
+                let give = self.walk.command.lengthening.give * bundle.length / self.walk.command.force_scale;
+                let own = self.flow.values[4 * place] - self.flow.values[4 * place + 1] * give;
+                self.leave(Condition::Label, own - label);
                 self.leave(Condition::Angle, self.flow.values[4 * place + 2] - angle);
                 self.flow.values[4 * place] = S::constant(label);
                 self.flow.values[4 * place + 2] = angle;

@@ -29,16 +29,16 @@ pub fn random_case(seed: u64) -> (RobotDesign, Command) {
 }
 
 /// A number below `count`, each as likely.
-fn pick(random: &mut Random, count: u32) -> u32 {
+pub fn pick(random: &mut Random, count: u32) -> u32 {
     (random.between(0.0, f64::from(count)) as u32).min(count - 1)
 }
 
-fn chance(random: &mut Random, probability: f64) -> bool {
+pub fn chance(random: &mut Random, probability: f64) -> bool {
     random.between(0.0, 1.0) < probability
 }
 
 /// As likely to lie in every decade.
-fn decade(random: &mut Random, low: f64, high: f64) -> f64 {
+pub fn decade(random: &mut Random, low: f64, high: f64) -> f64 {
     random.between(low.ln(), high.ln()).exp()
 }
 

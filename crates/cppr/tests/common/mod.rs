@@ -4,6 +4,8 @@
 pub mod bundle_cases;
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub mod cases;
+#[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
+pub mod random_bundle;
 
 use cppr::Vector3;
 use cppr::design::{
