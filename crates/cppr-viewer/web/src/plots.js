@@ -66,7 +66,10 @@ class Plot {
     const span = Math.max(most - least, 1e-3);
     // A number needs some room above the next.
     const step = nice(span / Math.max(2, Math.min(5, (H - BOTTOM - TOP) / 20)));
-    const [low, high] = [Math.floor(least / step - 1e-3) * step, Math.ceil(most / step + 1e-3) * step];
+    // A curve that touches an end of the axis gets a step of room, but not one that only begins at zero.
+    const one = Math.min(most, -least) < 1e-6 * span && most - least > 1e-3;
+    const [below, above] = [one && -least < most, one && -least > most].map((bare) => (bare ? -1e-3 : 1e-3));
+    const [low, high] = [Math.floor(least / step - below) * step, Math.ceil(most / step + above) * step];
     const length = pose.place(pose.sections - 1);
     const px = (x) => LEFT + (x / length) * (W - LEFT - 6);
     const py = (y) => H - BOTTOM - ((y - low) / (high - low)) * (H - BOTTOM - TOP);
@@ -80,7 +83,7 @@ class Plot {
     }
     const xstep = nice(length / 5);
     for (let x = 0; x <= length * 1.0001; x += xstep) {
-      grid.push(shape("text", { x: px(x), y: H - 6, "text-anchor": x === 0 ? "start" : x > 0.97 * length ? "end" : "middle" }, x === 0 ? "X = 0" : x > length - xstep / 2 ? `${Math.round(x)} mm` : `${Math.round(x)}`));
+      grid.push(shape("text", { x: px(x), y: H - 6, "text-anchor": x === 0 ? "start" : x > 0.97 * length ? "end" : "middle" }, x === 0 ? "X = 0" : x + xstep > length * 1.0001 ? `${Math.round(x)} mm` : `${Math.round(x)}`));
     }
     const paths = lines.map((line, t) => {
       let d = "";
