@@ -82,6 +82,18 @@ runner() {
     esac
 }
 
+# old_processor PROCESSOR COMMAND...: where AVX2 is missing, it must say so.
+old_processor() {
+    [ "$1" = x86_64 ] || return 0
+    shift
+    if command -v qemu-x86_64-static >/dev/null; then
+        said=$(qemu-x86_64-static -cpu Nehalem "$@" 2>&1) && fail "$1 runs on a processor without AVX2"
+        echo "$said" | grep -q "AVX2" || fail "$1 does not say that it needs AVX2: $said"
+    else
+        leave_out "not run: $1 on a processor without AVX2 (needs qemu-user-static)"
+    fi
+}
+
 sources() {
     git archive --prefix="cppr-$version/" --output "$out/cppr-$version-source.tar.gz" HEAD
     maturin sdist --out "$out"
@@ -116,6 +128,7 @@ program() {
                 fail "the program for $triple does not solve the first example"
             rm -r "$place"
         fi
+        old_processor "$processor" "$binary" --version
     done
 }
 
@@ -137,6 +150,7 @@ import cppr
 eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
 assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
 print(eq)") || fail "the wheel for $triple does not solve the first example"
+        old_processor "$processor" "$(readlink -f "$(command -v python3)")" -c "import sys; sys.path[:0] = ['$(echo "$place"/venv/lib/*/site-packages)']; import cppr"
         rm -r "$place"
     done
 }

@@ -96,7 +96,7 @@ for i, (axis, line) in enumerate(zip("xyz", ("-", "--", ":"))):
     way.plot(1e3 * at, 1e3 * sensed[:, i], f"k{line}", lw=1, label=f"sensed, {axis}")
     way.plot(1e3 * at, 1e3 * pushed[:, i], color="0.6", ls=line, lw=2)
 way.set(xlabel="time (ms)", ylabel="force on the tip (mN), true in grey")
-way.legend(loc="center right")
+way.legend(loc="center right", bbox_to_anchor=(1.0, 0.75))
 times.hist(1e3 * cost, bins=np.linspace(0, 1.2 * 1e3 * worst, 40), color="0.5")
 times.axvline(1e3 / RATE, color="k", ls="--", label="one cycle")
 times.set(xlabel="time of the controller (ms)", ylabel="cycles")

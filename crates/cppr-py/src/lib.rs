@@ -23,14 +23,10 @@ mod sweep;
 mod twin;
 mod watch;
 
-use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    if let Some(message) = cppr_io::processor::lacking() {
-        return Err(PyImportError::new_err(message));
-    }
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<robot::Robot>()?;
     m.add_class::<equilibrium::Equilibrium>()?;
@@ -52,4 +48,11 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(sweep::sweep, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_many, m)?)
+}
+
+/// Does the processor lack instructions that this library was compiled to use? `_processor.py` asks before it imports the module, since
+/// PyO3's own glue uses them.
+#[unsafe(no_mangle)]
+pub extern "C" fn cppr_processor_lacks() -> bool {
+    cppr_io::processor::lacking().is_some()
 }

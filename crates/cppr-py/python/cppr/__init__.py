@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 
+from . import _processor  # before anything compiled
 from . import _analysis, _bundle, _frames, _inverse, _many, _plot, _show
 from ._analysis import Branch, Governing, Limits, RangeEnd, SafeRange, SectionLimit
 from ._bundle import Joint, Part, Shaft, Tube
