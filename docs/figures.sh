@@ -20,6 +20,7 @@ cppr solve $bundles/two_sections.toml --pull 2=3mm --pull 4=2mm --plot $figures/
 cppr solve $bundles/concentric3.toml --rotate 2=60deg --rotate 3=150deg --plot $figures/concentric3.svg
 cppr solve $bundles/hybrid.toml --pull 2=1mm --pull 3=-10mm --rotate 3=-60deg --plot $figures/hybrid.svg
 cppr solve $bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot $figures/inserted.svg
+cppr continue $bundles/two_curved.toml --along rotate=2 --to 360deg --plot $figures/snap_path.svg
 cppr solve $bundles/two_curved.toml --rotate 2=235deg --plot $figures/before_snap.svg
 cppr solve $bundles/two_curved.toml --rotate 2=-100deg --plot $figures/behind_snap.svg
 report=$(mktemp -d)

@@ -11,7 +11,7 @@ use crate::solve::Args;
 use crate::table::{counted, millimetres, plain};
 use cppr::analysis::{BundleAnalysis, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
-use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft};
+use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft, TubeParts};
 use cppr::kinematics::TipPose;
 use cppr_plot::Figure;
 use cppr_sweep::load_behind_plate;
@@ -210,6 +210,19 @@ pub fn bend(found: &BundleEquilibrium) -> f64 {
     direction.y.hypot(direction.z).atan2(direction.x)
 }
 
+/// Motions and efforts of all tubes.
+pub fn actuators(design: &BundleDesign, found: &BundleEquilibrium) -> Vec<Value> {
+    let own = |(i, (at, tube)): (usize, (&TubeEffort, &TubeParts))| {
+        let [travel, turn] = tube.shaft.map_or([at.label, at.rotation], |shaft| motor(shaft, at));
+        json!({
+            "tube": i + 1, "pull_m": at.label, "rotation_rad": at.rotation,
+            "tension_N": at.force, "torque_Nm": at.torque,
+            "motor_pull_m": travel, "motor_rotation_rad": turn,
+        })
+    };
+    found.efforts.iter().zip(&design.tubes).enumerate().map(own).collect()
+}
+
 fn record(
     design: &BundleDesign,
     found: &BundleEquilibrium,
@@ -224,14 +237,6 @@ fn record(
     if !found.converged {
         return head;
     }
-    let actuators = found.efforts.iter().zip(&design.tubes).enumerate().map(|(i, (at, tube))| {
-        let [travel, turn] = tube.shaft.map_or([at.label, at.rotation], |shaft| motor(shaft, at));
-        json!({
-            "tube": i + 1, "pull_m": at.label, "rotation_rad": at.rotation,
-            "tension_N": at.force, "torque_Nm": at.torque,
-            "motor_pull_m": travel, "motor_rotation_rad": turn,
-        })
-    });
     let rows = |m: &cppr::Matrix3<f64>| [0, 1, 2].map(|i| [m[(i, 0)], m[(i, 1)], m[(i, 2)]]);
     let sections = shape.iter().map(|s| {
         let tubes = s.tubes.iter().map(|t| {
@@ -250,7 +255,7 @@ fn record(
     let solution = json!({
         "tip_position_m": <[f64; 3]>::from(found.tip), "tip_rotation": rows(&found.frame),
         "bend_angle_rad": bend(found), "length_m": found.length,
-        "actuators": actuators.collect::<Vec<_>>(),
+        "actuators": actuators(design, found),
         "error": { "tip_m": found.error[0], "force_N": found.error[1] },
         "statistics": { "iterations": found.iterations, "steps": found.steps },
         "sections": sections.collect::<Vec<_>>(),

@@ -1,18 +1,21 @@
 //! `cppr continue`: a path of equilibria along one actuator, the loads or a whole command.
 
 use crate::Failure;
-use crate::command::{CommandArgs, read_robot};
+use crate::bundle_continuation;
+use crate::command::{CommandArgs, build, described};
 use crate::continuation_figure::draw;
+use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
-use crate::table::{millimetres, plain};
+use crate::table::{counted, millimetres, plain};
 use cppr::analysis::continuation::{
     Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing,
 };
 use cppr::analysis::explained;
 use cppr::design::Robot;
 use cppr::solve::{Command, Drive, Input, Quantity};
+use cppr_io::bundle_file::Described;
 use cppr_io::continuation::ContinuationRecord;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -34,7 +37,7 @@ Exit codes: 0 traced (the table says how far), 2 wrong input, 3 no equilibrium t
 
 /// What varies along the path.
 #[derive(Clone, Copy)]
-enum Along {
+pub enum Along {
     Actuator(Input),
     Load,
     Command,
@@ -44,8 +47,8 @@ fn along(text: &str) -> Result<Along, String> {
     let (name, tube) = match text.split_once('=') {
         None => (text, None),
         Some((name, number)) => match number.trim().parse::<usize>() {
-            Ok(tube) if tube >= 2 => (name, Some(tube)),
-            _ => return Err(format!("{number} is no follower: write for instance {name}=2")),
+            Ok(tube) if tube >= 1 => (name, Some(tube)),
+            _ => return Err(format!("{number} is no tube: write for instance {name}=2")),
         },
     };
     if let Some(quantity) = Quantity::named(name) {
@@ -65,10 +68,10 @@ fn along(text: &str) -> Result<Along, String> {
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
-    robot: PathBuf,
-    /// What varies: pull, rotate, tension or torque of tube 2 or K, the factor of all loads, or of the whole command
+    pub robot: PathBuf,
+    /// What varies: pull, rotate, tension or torque of tube 2 or K (of any tube where there are parts or joints), the factor of all loads, or of the whole command
     #[arg(long, value_name = "WHAT[=K]", value_parser = along)]
-    along: Along,
+    pub along: Along,
     /// Where the path ends: a length, an angle, a force, a moment or, for load and command, a factor
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     to: String,
@@ -85,7 +88,7 @@ pub struct Args {
     #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     points: u32,
     #[command(flatten)]
-    command: CommandArgs,
+    pub command: CommandArgs,
     /// Write all points, - for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -104,26 +107,52 @@ fn part(text: &str) -> Result<f64, String> {
     }
 }
 
+impl Args {
+    /// How the path is traced.
+    pub fn tracing(&self) -> Tracing {
+        Tracing {
+            step: self.step,
+            points: self.points as usize,
+            depth: usize::from(self.branches),
+            ..Tracing::default()
+        }
+    }
+
+    /// Beginning, if it is given, and end of the path.
+    pub fn ends(&self, kind: Option<Kind>) -> Result<(Option<f64>, f64), String> {
+        let value = |option: &str, text: &str| match kind {
+            Some(kind) => scalar(text, kind).map_err(|e| format!("{option}: {e}")),
+            None => match text.parse::<f64>() {
+                Ok(factor) if factor.abs() <= 1e9 => Ok(factor),
+                _ => Err(format!("{option}: {text} is no factor: write a plain number, for instance 2.5")),
+            },
+        };
+        let from = self.from.as_deref().map(|text| value("--from", text)).transpose()?;
+        Ok((from, value("--to", &self.to)?))
+    }
+}
+
 /// Traces, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
-    let Outputs { json, csv, .. } = outputs;
-    let (_, robot) = read_robot(&args.robot)?;
-    let command = args.command.command(&robot)?;
+    match described(&args.robot)? {
+        Described::Robot(file) => of_robot(args, &outputs, &build(&file, &args.robot)?),
+        Described::Bundle(design) => bundle_continuation::run(args, &outputs, &design),
+    }
+}
+
+fn of_robot(args: &Args, outputs: &Outputs, robot: &Robot) -> Result<(), Failure> {
+    let Outputs { json, csv, .. } = *outputs;
+    let command = args.command.command(robot)?;
     let family = family(args, command.clone()).map_err(Failure::Input)?;
-    let tracing = Tracing {
-        step: args.step,
-        points: args.points as usize,
-        depth: usize::from(args.branches),
-        ..Tracing::default()
-    };
-    let mut solver = args.command.solver(&robot)?;
+    let tracing = args.tracing();
+    let mut solver = args.command.solver(robot)?;
     let branches = solver.trace(&family, &tracing).map_err(|problem| Failure::Input(problem.to_string()))?;
     if let [Branch { end: end @ End::NoStart(status), .. }] = &branches[..] {
         return Err(Failure::NoEquilibrium(format!(
             "{}: the path {end}. At its beginning: {}",
             robot.design().name,
-            explained(&robot, &command, *status)
+            explained(robot, &command, *status)
         )));
     }
     let record = ContinuationRecord::new(&solver, &family, &branches);
@@ -134,28 +163,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = csv {
         write_or_print(path, &record.to_csv())?;
     }
-    outputs.draw(|| Ok(draw(&robot, &family, &branches)))?;
-    let text = table(&robot, &family, &branches);
-    outputs.report(&text)
+    let conjugate = |point: &PathPoint| family.parameter().conjugate(&point.equilibrium);
+    // What is held is the same all along, save for the actuator that varies, which is on its axis.
+    let title = match branches.first().and_then(|b| b.points.first()) {
+        Some(first) if family.parameter() == Parameter::LoadFactor => figure::title(&first.equilibrium),
+        _ => robot.design().name.clone(),
+    };
+    outputs.draw(|| Ok(draw(title, family.parameter(), &branches, conjugate)))?;
+    let tubes = counted(robot.tube_count(), "tube");
+    let head = format!("{}: {tubes}, {} mm", robot.design().name, millimetres(robot.length()));
+    outputs.report(&table(&head, family.parameter(), &branches, conjugate))
 }
 
 /// The commands of the path.
 fn family(args: &Args, mut command: Command) -> Result<Family, String> {
-    let value = |option: &str, text: &str, kind: Option<Kind>| match kind {
-        Some(kind) => scalar(text, kind).map_err(|e| format!("{option}: {e}")),
-        None => match text.parse::<f64>() {
-            Ok(factor) if factor.abs() <= 1e9 => Ok(factor),
-            _ => Err(format!("{option}: {text} is no factor: write a plain number, for instance 2.5")),
-        },
-    };
-    let both = |kind: Option<Kind>| -> Result<(Option<f64>, f64), String> {
-        let from = args.from.as_deref().map(|text| value("--from", text, kind)).transpose()?;
-        Ok((from, value("--to", &args.to, kind)?))
-    };
     let said = |problem: FamilyProblem| problem.to_string();
     match args.along {
         Along::Actuator(input) => {
-            let (from, to) = both(Some(Kind::of(input.quantity())))?;
+            let (from, to) = args.ends(Some(Kind::of(input.quantity())))?;
             let tube = input.tube;
             let actuator =
                 command.actuator(tube).ok_or_else(|| format!("--along: {}", command.no_such_tube(tube)))?;
@@ -173,14 +198,14 @@ fn family(args: &Args, mut command: Command) -> Result<Family, String> {
             Family::actuator(command, tube, input.freedom, to).map_err(said)
         }
         Along::Load => {
-            let (from, to) = both(None)?;
+            let (from, to) = args.ends(None)?;
             if command.loads.is_empty() {
                 return Err("--along load: there is no load; add for instance --tip-force".into());
             }
             Family::load(command, from.unwrap_or(0.0), to).map_err(said)
         }
         Along::Command => {
-            let (from, to) = both(None)?;
+            let (from, to) = args.ends(None)?;
             Family::between(command.scaled(from.unwrap_or(0.0)), command.scaled(to)).map_err(said)
         }
     }
@@ -226,15 +251,15 @@ impl Shown {
 }
 
 /// Beginning, special points and end of every branch.
-fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
-    let (parameter, conjugate) = (Shown::parameter(family.parameter()), Shown::conjugate(family.parameter()));
-    let effort = conjugate.as_ref().map_or(String::new(), |c| format!("{:>13}", c.heading()));
-    let mut text = format!(
-        "{}: {} tubes, {} mm\n",
-        robot.design().name,
-        robot.tube_count(),
-        millimetres(robot.length())
-    );
+pub fn table<E>(
+    head: &str,
+    varies: Parameter,
+    branches: &[Branch<E>],
+    conjugate: impl Fn(&PathPoint<E>) -> Option<f64>,
+) -> String {
+    let (parameter, answer) = (Shown::parameter(varies), Shown::conjugate(varies));
+    let effort = answer.as_ref().map_or(String::new(), |c| format!("{:>13}", c.heading()));
+    let mut text = format!("{head}\n");
     let _ = writeln!(
         text,
         "  branch  point         {:>13}{effort}   {:^32}{:>9}  stability",
@@ -255,10 +280,9 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
                 PointKind::Regular => continue,
             };
             let value = |x: f64, digits| format!("{:>13}", plain(x, digits));
-            let effort = conjugate.as_ref().map_or(String::new(), |c| {
-                let conjugate = family.parameter().conjugate(&point.equilibrium);
-                value(conjugate.unwrap_or(0.0) * c.scale, 5)
-            });
+            let effort = answer
+                .as_ref()
+                .map_or(String::new(), |c| value(conjugate(point).unwrap_or(0.0) * c.scale, 5));
             let tip = <[f64; 3]>::from(point.tip).map(|x| format!("{:>11}", plain(x * 1e3, 3))).join("");
             let _ = writeln!(
                 text,
@@ -276,8 +300,8 @@ fn table(robot: &Robot, family: &Family, branches: &[Branch]) -> String {
 }
 
 /// Stability of the first of some points; of one that is critical, that of the path behind it.
-fn stability(points: &[PathPoint]) -> String {
-    let words = |point: &PathPoint| match point.inertia {
+fn stability<E>(points: &[PathPoint<E>]) -> String {
+    let words = |point: &PathPoint<E>| match point.inertia {
         None => "not known".into(),
         Some(0) => "stable".into(),
         Some(n) => format!("unstable, {n}"),

@@ -2,14 +2,17 @@
 //! parts solid, unstable ones dashed, folds and branch points marked.
 
 use crate::continuation::Shown;
-use crate::figure;
-use cppr::analysis::continuation::{Branch, Family, Parameter, PathPoint, PointKind};
-use cppr::design::Robot;
+use cppr::analysis::continuation::{Branch, Parameter, PathPoint, PointKind};
 use cppr_plot::{Axis, Colour, Dash, Figure, Marker, MarkerShape, Panel, Series, Stroke, tube_stroke};
 
 /// A path has one panel.
-pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
-    let parameter = Shown::parameter(family.parameter());
+pub fn draw<E>(
+    title: String,
+    varies: Parameter,
+    branches: &[Branch<E>],
+    conjugate: impl Fn(&PathPoint<E>) -> Option<f64>,
+) -> Figure {
+    let parameter = Shown::parameter(varies);
     let axis = |shown: &Shown| {
         let label = match shown.unit {
             "" => shown.words.to_string(),
@@ -17,18 +20,15 @@ pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
         };
         Axis::new(label, shown.unit.replace("deg", "°")).with_zero_line()
     };
-    let conjugate = Shown::conjugate(family.parameter());
+    let answer = Shown::conjugate(varies);
     let component = telling(branches);
     let rest = branches.first().and_then(|b| b.points.first()).map_or(0.0, |p| p.tip[component]);
-    let mut panel = match &conjugate {
-        Some(conjugate) => Panel::new(axis(&parameter), axis(conjugate)),
+    let mut panel = match &answer {
+        Some(answer) => Panel::new(axis(&parameter), axis(answer)),
         None => Panel::new(Axis::new(DEFLECTIONS[component], "mm").with_zero_line(), axis(&parameter)),
     };
-    let place = |p: &PathPoint| match &conjugate {
-        Some(conjugate) => {
-            let answer = family.parameter().conjugate(&p.equilibrium).unwrap_or(0.0);
-            [p.parameter * parameter.scale, answer * conjugate.scale]
-        }
+    let place = |p: &PathPoint<E>| match &answer {
+        Some(answer) => [p.parameter * parameter.scale, conjugate(p).unwrap_or(0.0) * answer.scale],
         None => [(p.tip[component] - rest) * 1e3, p.parameter],
     };
     for branch in branches {
@@ -42,11 +42,6 @@ pub fn draw(robot: &Robot, family: &Family, branches: &[Branch]) -> Figure {
             panel.series.push(Series { name: name.into(), points, marker, ..Series::default() });
         }
     }
-    // What is held is the same all along, save for the actuator that varies, which is on its axis.
-    let title = match branches.first().and_then(|b| b.points.first()) {
-        Some(first) if family.parameter() == Parameter::LoadFactor => figure::title(&first.equilibrium),
-        _ => robot.design().name.clone(),
-    };
     Figure { title, panels: vec![panel], max_width: 520.0, ..Figure::default() }
 }
 
@@ -67,13 +62,13 @@ fn subscripted(symbol: &str) -> String {
 
 /// The stable and unstable parts of a branch. A piece between a stable and an unstable point counts as what its far end
 /// is: the change lies at the special point between both.
-fn pieces(branch: &Branch, place: &dyn Fn(&PathPoint) -> [f64; 2]) -> Vec<Series> {
+fn pieces<E>(branch: &Branch<E>, place: &dyn Fn(&PathPoint<E>) -> [f64; 2]) -> Vec<Series> {
     let solid = tube_stroke(1);
     let dashed = Stroke { width: 0.75 * solid.width, dash: Dash::Dashed, ..tube_stroke(2) };
     let known = branch.points.iter().all(|p| p.inertia.is_some());
     let mut out: Vec<(bool, Series)> = Vec::new();
     for pair in branch.points.windows(2) {
-        let special = |p: &PathPoint| matches!(p.kind, PointKind::Fold | PointKind::BranchPoint { .. });
+        let special = |p: &PathPoint<E>| matches!(p.kind, PointKind::Fold | PointKind::BranchPoint { .. });
         // At the special point itself one eigenvalue is zero: its neighbour tells.
         let stable = if special(&pair[1]) { pair[0].is_stable() } else { pair[1].is_stable() };
         match out.last_mut() {
@@ -97,7 +92,7 @@ fn pieces(branch: &Branch, place: &dyn Fn(&PathPoint) -> [f64; 2]) -> Vec<Series
 
 /// The component of the tip's position in which the two ways to leave a branch point differ the most; without branches
 /// the one that moves the most.
-fn telling(branches: &[Branch]) -> usize {
+fn telling<E>(branches: &[Branch<E>]) -> usize {
     let moved = |component: usize| {
         let all = branches.iter().flat_map(|b| &b.points).map(|p| p.tip[component]);
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)

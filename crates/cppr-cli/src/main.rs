@@ -3,6 +3,7 @@
 //! Exit codes: 0 solved, 2 wrong input, 3 no equilibrium found, 130 interrupted.
 
 mod bundle;
+mod bundle_continuation;
 mod bundle_derivatives;
 mod bundle_figure;
 mod bundle_sweep;

@@ -70,15 +70,10 @@ fn what_cannot_be_asked_is_said() {
 
 #[test]
 fn other_commands_say_what_takes_such_a_robot() {
-    for arguments in [
-        &["continue", S, "--along", "pull", "--to", "5mm"][..],
+    refused(
         &["calibrate", S, "--data", "examples/calibration/r1.csv", "--fit", "youngs_modulus"],
-    ] {
-        refused(
-            arguments,
-            "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `export` and `view` take it",
-        );
-    }
+        "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `continue`, `export` and `view` take it",
+    );
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"], "--margin is not yet");
@@ -147,6 +142,30 @@ fn files_of_bundles_are_written_whole_or_not_at_all() {
     }
     // Beside robots and examples.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
+}
+
+/// The path passes the fold at 238.36 deg (docs/src/snap.md) and a second one, and comes back after a whole turn.
+#[test]
+fn a_path_passes_the_folds_of_curved_tubes() {
+    let task = ["continue", "robots/bundles/two_curved.toml", "--along", "rotate=2", "--to", "360deg"];
+    let whole = json(&[&task[..], &["--json", "-"]].concat());
+    let points = whole["branches"][0]["points"].as_array().unwrap();
+    let folds: Vec<f64> = points
+        .iter()
+        .filter(|p| p["kind"] == "fold")
+        .map(|p| p["parameter"].as_f64().unwrap().to_degrees())
+        .collect();
+    assert_eq!(folds.len(), 2, "{folds:?}");
+    assert!((folds[0] - 238.36).abs() < 0.01 && (folds[1] - 121.64).abs() < 0.01, "{folds:?}");
+    assert!(points.iter().any(|p| p["stable"] == false));
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["path.csv", "path.svg"].map(|name| folder.path().join(name).display().to_string());
+    let written = cppr(&[&task[..], &["--csv", &files[0], "--plot", &files[1]]].concat());
+    assert!(written.status.success() && text(&written.stdout).contains("fold"), "{}", text(&written.stderr));
+    let table = std::fs::read_to_string(&files[0]).unwrap();
+    assert_eq!(table.lines().count(), points.len() + 1);
+    refused(&["continue", S, "--along", "pull=9", "--to", "5mm"], "there is no tube 9");
+    refused(&["continue", S, "--along", "load", "--to", "2"], "there is no load");
 }
 
 #[test]

@@ -69,6 +69,10 @@ BUNDLES = {
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
         "solve robots/bundles/uncut_ends.toml --rotate 2000deg --samples 3",
     ],
+    "bundle-continue": [
+        "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",
+        "continue robots/bundles/two_sections.toml --along load --from 16 --to 17.3 --tip-force -1,0,0N --branches --points 20",
+    ],
     "bundle-derivatives": ["derivatives robots/bundles/s_shape.toml --pull 1mm --torque 2=1Nmm"],
 }
 

@@ -90,7 +90,8 @@ pub struct PointRecord {
 }
 
 /// The name of a parameter with its unit, and its tube.
-fn parameter(parameter: Parameter) -> (String, Option<usize>) {
+#[must_use]
+pub fn parameter_name(parameter: Parameter) -> (String, Option<usize>) {
     match parameter {
         Parameter::Actuator(input) => (input.quantity().column(), Some(input.tube)),
         Parameter::LoadFactor => ("load_factor".into(), None),
@@ -98,7 +99,9 @@ fn parameter(parameter: Parameter) -> (String, Option<usize>) {
     }
 }
 
-fn kind(kind: PointKind) -> &'static str {
+/// The kind of a point in one word.
+#[must_use]
+pub fn kind_word(kind: PointKind) -> &'static str {
     match kind {
         PointKind::Regular => "regular",
         PointKind::Fold => "fold",
@@ -112,7 +115,7 @@ impl ContinuationRecord {
     #[must_use]
     pub fn new(solver: &Solver, family: &Family, branches: &[Branch]) -> Self {
         let (robot, settings) = (solver.robot(), solver.settings());
-        let (parameter, parameter_tube) = parameter(family.parameter());
+        let (parameter, parameter_tube) = parameter_name(family.parameter());
         Self {
             schema: "cppr/continuation",
             schema_version: SCHEMA_VERSION,
@@ -176,19 +179,25 @@ impl ContinuationRecord {
     }
 }
 
+/// Why a branch ends, in one word.
+#[must_use]
+pub fn end_word(end: End) -> &'static str {
+    match end {
+        End::Last => "last",
+        End::First => "first",
+        End::Closed => "closed",
+        End::Points => "points",
+        End::Step => "step",
+        End::Edge { .. } => "edge",
+        End::Left { .. } => "left",
+        End::Stopped => "stopped",
+        End::NoStart(_) => "no_start",
+    }
+}
+
 impl From<&Branch> for BranchRecord {
     fn from(branch: &Branch) -> Self {
-        let end = match branch.end {
-            End::Last => "last",
-            End::First => "first",
-            End::Closed => "closed",
-            End::Points => "points",
-            End::Step => "step",
-            End::Edge { .. } => "edge",
-            End::Left { .. } => "left",
-            End::Stopped => "stopped",
-            End::NoStart(_) => "no_start",
-        };
+        let end = end_word(branch.end);
         let origin = branch.origin.map(|o| OriginRecord {
             branch: o.branch,
             point: o.point,
@@ -203,7 +212,7 @@ impl From<&Branch> for BranchRecord {
 impl From<&PathPoint> for PointRecord {
     fn from(p: &PathPoint) -> Self {
         Self {
-            kind: kind(p.kind),
+            kind: kind_word(p.kind),
             parameter: p.parameter,
             stable: p.is_stable(),
             inertia: p.inertia,

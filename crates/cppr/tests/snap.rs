@@ -2,11 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use cppr::analysis::continuation::{End, PointKind, Tracing};
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
-use cppr::bundle::{Bundle, BundleDesign, Part, TubeParts};
+use cppr::bundle::{Bundle, BundleDesign, BundleFamily, Part, TubeParts};
 use cppr::design::{Profile, StiffnessTube};
-use cppr::solve::Drive;
-use std::f64::consts::PI;
+use cppr::solve::{Drive, Freedom, Input};
+use std::f64::consts::{PI, TAU};
 
 /// Two tubes of different stiffness, curved towards +Y: bending and torsional stiffness (N m²), curvature (1/m).
 const TUBES: [(f64, f64, f64); 2] = [(0.02, 0.016, 12.0), (0.006, 0.0045, 20.0)];
@@ -125,6 +126,28 @@ fn two_curved_tubes_snap_at_the_closed_form() {
     }
     assert!((0.5 * (low + high) - expected).abs() < 1e-4, "snaps at {low} to {high}, closed form {expected}");
     assert!(expected > PI + 0.5);
+}
+
+/// Turned by a whole turn two curved tubes pass the fold, come back, and pass another one: the path is symmetric about a half turn.
+#[test]
+fn a_path_passes_the_folds() {
+    let bundle = bundle(LENGTH);
+    let mut solver = BundleSolver::new(&bundle);
+    let input = Input { tube: 2, freedom: Freedom::Rotation, is_motion: true };
+    let family = BundleFamily::motor(solver.held(), input, TAU).unwrap();
+    let branches = solver.trace(&family, &Tracing::default());
+    let branch = &branches[0];
+    assert_eq!((branches.len(), branch.end), (1, End::Last));
+    let folds: Vec<f64> =
+        branch.points.iter().filter(|p| p.kind == PointKind::Fold).map(|p| p.parameter).collect();
+    assert_eq!(folds.len(), 2, "{folds:?}");
+    let expected = critical(slenderness(LENGTH));
+    assert!((folds[0] - expected).abs() < 1e-6, "folds at {}, closed form {expected}", folds[0]);
+    assert!((folds[0] + folds[1] - TAU).abs() < 1e-6, "{folds:?}");
+    assert!(branch.points.iter().any(|p| p.inertia == Some(1)), "unstable between the folds");
+    let last = branch.points.last().unwrap();
+    assert_eq!(last.inertia, Some(0));
+    assert!((last.tip - branch.points[0].tip).norm() < 1e-8, "a whole turn leads back");
 }
 
 #[test]

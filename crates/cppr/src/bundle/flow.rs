@@ -41,6 +41,8 @@ pub(crate) struct Flow<'a, S> {
     /// Number of the span.
     pub span: usize,
     posed: bool,
+    /// Factor of the loads.
+    load: S,
     /// Where ω was found last.
     omega: [f64; 2],
     scratch: Scratch<'a, S>,
@@ -55,7 +57,7 @@ pub(crate) struct SectionLoad<S> {
 }
 
 impl<'a, S: Number> Flow<'a, S> {
-    pub fn new(command: &'a Prepared, posed: bool) -> Self {
+    pub fn new(command: &'a Prepared, posed: bool, load: S) -> Self {
         Self {
             command,
             present: Vec::new(),
@@ -64,6 +66,7 @@ impl<'a, S: Number> Flow<'a, S> {
             distributed: Vec::new(),
             span: 0,
             posed,
+            load,
             omega: [0.0; 2],
             scratch: Scratch::default(),
         }
@@ -141,7 +144,7 @@ impl<'a, S: Number> Flow<'a, S> {
         }
         let weight = match (command.gravity, frame) {
             (Some(gravity), Some((centre, [_, y, z]))) => {
-                let gravity = gravity.map(S::constant);
+                let gravity = gravity.map(|g| self.load * g);
                 Some(Weight { height: dot(gravity, centre), across: [dot(gravity, y), dot(gravity, z)] })
             }
             _ => None,
@@ -152,7 +155,7 @@ impl<'a, S: Number> Flow<'a, S> {
             let mut state = Self::state(values, place);
             if let (0, Some((centre, _))) = (tube, frame) {
                 for &number in &self.distributed {
-                    let force = array(&command.distributed[number].force).map(S::constant);
+                    let force = array(&command.distributed[number].force).map(|f| self.load * f);
                     state.tension = state.tension - dot(force, centre);
                 }
             }
@@ -225,13 +228,13 @@ impl<'a, S: Number> Flow<'a, S> {
                 let mut force = [zero; 3];
                 let mut moment = [zero; 3];
                 if let Some(gravity) = self.command.gravity {
-                    let gravity = gravity.map(S::constant);
+                    let gravity = gravity.map(|g| self.load * g);
                     force = gravity.map(|g| g * mass);
                     let place = [0, 1, 2].map(|i| centre[i] * mass + y[i] * arm[0] + z[i] * arm[1]);
                     moment = cross(place, gravity);
                 }
                 for &number in &self.distributed {
-                    let own = array(&self.command.distributed[number].force).map(|f| leader * f);
+                    let own = array(&self.command.distributed[number].force).map(|f| leader * self.load * f);
                     force = sum(force, own);
                     moment = sum(moment, cross(centre, own));
                 }
@@ -326,7 +329,7 @@ impl<'a, S: Number> Flow<'a, S> {
         let axes =
             [x, [0, 1, 2].map(|i| y[i] * cos + z[i] * sin), [0, 1, 2].map(|i| z[i] * cos - y[i] * sin)];
         let (force, moment, arm) = load.at(&centre, &axes);
-        self.take_off(force, moment, arm)
+        self.take_off(force.map(|f| f * self.load), moment.map(|m| m * self.load), arm)
     }
 
     /// The same for a force (N) and a moment (N m) at a distance (m) from the section's centre, all in world components.

@@ -17,11 +17,21 @@ pub(crate) struct Unknowns {
     pub handed: Vec<[f64; 2]>,
 }
 
+/// How drives and the factor of the loads change along a path.
+pub(super) struct Rates {
+    pub drives: Vec<[f64; 2]>,
+    pub load: f64,
+}
+
 /// The unknowns of one command.
 pub(super) struct Frame<'a> {
     bundle: &'a Bundle,
     command: &'a BundleCommand,
     pub prepared: Prepared,
+    /// Factor of the loads.
+    pub load: f64,
+    /// Of a path.
+    pub rates: Option<Rates>,
     present: Vec<bool>,
     handed: usize,
 }
@@ -40,7 +50,7 @@ impl<'a> Frame<'a> {
             .iter()
             .map(|s| s.iter().filter(|&&(t, label)| label < bundle.tubes[t].tip).count().saturating_sub(1));
         let handed = handed.sum();
-        Self { bundle, command, prepared, present, handed }
+        Self { bundle, command, prepared, load: 1.0, rates: None, present, handed }
     }
 
     pub fn units(&self) -> [f64; 4] {
@@ -58,6 +68,11 @@ impl<'a> Frame<'a> {
 
     /// The start of the walk for scaled unknowns and the drives' values.
     pub fn base<S: Number>(&self, unknowns: &[S], drives: &[[S; 2]]) -> Base<S> {
+        self.base_under(unknowns, drives, S::constant(self.load))
+    }
+
+    /// The same for a factor of the loads.
+    pub fn base_under<S: Number>(&self, unknowns: &[S], drives: &[[S; 2]], load: S) -> Base<S> {
         let [length, force, _, moment] = self.units();
         let mut next = unknowns.iter();
         let mut take = |unit: f64| next.next().map_or(S::constant(0.0), |u| *u * unit);
@@ -99,10 +114,11 @@ impl<'a> Frame<'a> {
         let zero = S::constant(0.0);
         let mut base = Base {
             tubes,
-            force: self.prepared.dead_force.map(S::constant),
+            force: self.prepared.dead_force.map(|f| load * f),
             moment: [zero; 3],
             handed: Vec::new(),
             wrench: None,
+            load,
         };
         if self.prepared.loaded {
             base.moment = [twist, take(moment), take(moment)];

@@ -17,6 +17,7 @@ mod index;
 mod metal;
 mod newton;
 mod number;
+mod path;
 mod prepared;
 mod section;
 mod sensitivity;
@@ -31,6 +32,7 @@ use crate::solve::Drive;
 pub use build::{BundleDesign, Part, TubeParts};
 use curve::Piece;
 pub use curve::Values;
+pub use path::BundleFamily;
 pub use shape::{BundleSection, TubeSection};
 use solve::TubeDrive;
 

@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::number::{Dual, Number};
 use super::steps::Steps;
+use super::vector::columns;
 use super::walk::{Lost, Walk};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -10,23 +11,24 @@ use nalgebra::{DMatrix, DVector, Vector3};
 pub(super) const MOST: usize = 48;
 /// Newton's method ends with the step that is below this (scaled) in a solve. The states between have a greater rounding.
 pub(super) const SETTLED: f64 = 1e-9;
-const BETWEEN: f64 = 100.0;
+pub(super) const BETWEEN: f64 = 100.0;
 /// Longest Newton step, in scaled unknowns.
 const LONGEST: f64 = 20.0;
 /// Singular values below this part of the greatest are zero.
 const SINGULAR: f64 = 1e-14;
 /// Steps of the integration are cut where that is needed until Newton's step is below this.
-const ROUGH: f64 = 1e-2;
+pub(super) const ROUGH: f64 = 1e-2;
 
 /// The conditions near given unknowns.
 pub(super) struct Tangent {
     /// Scaled residual, at the linear estimate of where the integration arrives once its steps meet.
     pub residual: DVector<f64>,
-    /// Its slopes by the scaled unknowns.
+    /// Its slopes by the scaled unknowns, and by the fraction of a path.
     pub matrix: DMatrix<f64>,
-    /// Last tip (m) likewise, and its slopes.
+    /// Last tip (m) likewise.
     pub tip: Vector3<f64>,
-    pub tip_slopes: DMatrix<f64>,
+    /// Slopes of the last tip by the length, and of the tangent there.
+    pub pose_slopes: DMatrix<f64>,
     /// Greatest scaled residual, and gap between the steps.
     pub defect: f64,
 }
@@ -41,7 +43,7 @@ pub(super) struct Found {
 
 impl Tangent {
     pub fn new(frame: &Frame, unknowns: &[f64], walk: &Walk, steps: &mut Steps) -> Result<Self, Lost> {
-        match unknowns.len() + 1 {
+        match unknowns.len() + usize::from(frame.rates.is_some()) + 1 {
             0..=5 => Self::with::<5>(frame, unknowns, walk, steps),
             6..=8 => Self::with::<8>(frame, unknowns, walk, steps),
             9..=12 => Self::with::<12>(frame, unknowns, walk, steps),
@@ -59,18 +61,33 @@ impl Tangent {
         steps: &mut Steps,
     ) -> Result<Self, Lost> {
         let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
-        let drives: Vec<[Dual<P>; 2]> = frame.drives().iter().map(|pair| pair.map(Dual::constant)).collect();
-        let base = frame.base(&inputs, &drives);
+        let fraction = unknowns.len();
+        let moving = |value: f64, rate: f64| Dual::<P>::input(0.0, fraction) * rate + value;
+        let still = || frame.drives().into_iter().map(|pair| pair.map(Dual::constant)).collect();
+        let (drives, load, width): (Vec<[Dual<P>; 2]>, _, _) = match &frame.rates {
+            None => (still(), Dual::constant(frame.load), fraction),
+            Some(rates) => {
+                let own = |(pair, rate): ([f64; 2], &[f64; 2])| [0, 1].map(|k| moving(pair[k], rate[k]));
+                let drives = frame.drives().into_iter().zip(&rates.drives).map(own);
+                (drives.collect(), moving(frame.load, rates.load), fraction + 1)
+            }
+        };
+        let base = frame.base_under(&inputs, &drives, load);
         steps.begin_again();
         let outcome = walk.run(&base, steps, None)?;
         let units = frame.residual_units(&outcome.conditions);
-        let (n, left) = (unknowns.len(), outcome.residual);
+        let left = outcome.residual;
         let size = left.iter().zip(&units).fold(0.0, |m: f64, (r, u)| m.max((r.value / u).abs()));
+        let [along, ..] = columns(outcome.turn);
+        let length = walk.bundle.length;
         Ok(Self {
             residual: DVector::from_fn(left.len(), |i, _| (left[i].value + left[i].slopes[P - 1]) / units[i]),
-            matrix: DMatrix::from_fn(left.len(), n, |i, j| left[i].slopes[j] / units[i]),
+            matrix: DMatrix::from_fn(left.len(), width, |i, j| left[i].slopes[j] / units[i]),
             tip: Vector3::from(outcome.centre.map(|c| c.value + c.slopes[P - 1])),
-            tip_slopes: DMatrix::from_fn(3, n, |i, j| outcome.centre[i].slopes[j]),
+            pose_slopes: DMatrix::from_fn(6, width, |i, j| match i {
+                0..3 => outcome.centre[i].slopes[j] / length,
+                _ => along[i - 3].slopes[j],
+            }),
             defect: size.max(steps.defect),
         })
     }

@@ -513,7 +513,7 @@ impl<'a> BundleSolver<'a> {
         })
     }
 
-    fn conclude(
+    pub(super) fn conclude(
         &self,
         frame: &Frame,
         command: &BundleCommand,
@@ -569,7 +569,8 @@ impl<'a> BundleSolver<'a> {
         let finer = Tangent::new(frame, &unknowns, &walk, &mut equilibrium.between.halved()).ok();
         let moved = finer.and_then(|finer| {
             let change = finer.matrix.lu().solve(&-finer.residual)?;
-            let tip = (finer.tip + finer.tip_slopes * &change - equilibrium.tip).norm();
+            let moved = finer.pose_slopes.rows(0, 3) * &change * self.bundle.length;
+            let tip = (finer.tip + moved - equilibrium.tip).norm();
             let moved: Vec<f64> = unknowns.iter().zip(change.iter()).map(|(u, c)| u + c).collect();
             Some((tip, frame.unknowns(&moved)))
         });

@@ -28,6 +28,8 @@ pub(crate) struct Base<S> {
     pub handed: Vec<[S; 2]>,
     /// Dead force (N) and moment (N m) on the centre of the last tip besides the loads, world components.
     pub wrench: Option<[[S; 3]; 2]>,
+    /// Factor of the loads.
+    pub load: S,
 }
 
 /// What an integration left.
@@ -142,7 +144,7 @@ struct Runner<'a, 'b, S: Number> {
 impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
     fn new(walk: Walk<'a>, base: &'b Base<S>, visit: Option<Visitor<'b, S>>) -> Self {
         let (bundle, command) = (walk.bundle, walk.command);
-        let mut flow = Flow::new(command, walk.posed);
+        let mut flow = Flow::new(command, walk.posed, base.load);
         let mut next = Vec::with_capacity(base.tubes.len());
         for (tube, state) in base.tubes.iter().enumerate() {
             let label = state.label.value();

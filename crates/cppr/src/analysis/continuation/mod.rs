@@ -74,7 +74,7 @@ pub enum PointKind {
 
 /// One equilibrium of a path.
 #[derive(Clone, Debug)]
-pub struct PathPoint {
+pub struct PathPoint<E = Equilibrium> {
     /// The parameter in its own unit (SI).
     pub parameter: f64,
     /// λ: 0 at the first command, 1 at the last.
@@ -85,13 +85,13 @@ pub struct PathPoint {
     pub tip: Vector3<f64>,
     /// Negative eigenvalues of the constrained tangent: 0 is stable. `None` for the printed formulation.
     pub inertia: Option<usize>,
-    /// Lowest of them, as [`super::stability::Stability::margin`].
+    /// Lowest of them, as [`super::stability::Stability::margin`]. `None` where it was not computed.
     pub margin: Option<f64>,
     /// The equilibrium itself: efforts, motions, energy, shape.
-    pub equilibrium: Equilibrium,
+    pub equilibrium: E,
 }
 
-impl PathPoint {
+impl<E> PathPoint<E> {
     /// False where the robot would leave this equilibrium. For the printed formulation nothing is claimed: true.
     #[must_use]
     pub fn is_stable(&self) -> bool {
@@ -168,9 +168,9 @@ pub struct Origin {
 
 /// A curve of equilibria.
 #[derive(Clone, Debug)]
-pub struct Branch {
+pub struct Branch<E = Equilibrium> {
     /// In order along the curve; a branch that left another begins with its branch point.
-    pub points: Vec<PathPoint>,
+    pub points: Vec<PathPoint<E>>,
     /// Why it ends.
     pub end: End,
     /// Where it left another one; `None` for the first.
