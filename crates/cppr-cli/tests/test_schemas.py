@@ -67,7 +67,7 @@ BUNDLES = {
     "bundle": [
         "solve robots/bundles/hybrid.toml --pull 2=1mm --rotate 3=90deg --samples 3",
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
-        "solve robots/bundles/uncut_ends.toml --rotate 3000deg --samples 3",
+        "solve robots/bundles/uncut_ends.toml --rotate 6000deg --samples 3",
     ],
     "bundle-continue": [
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",
