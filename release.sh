@@ -208,7 +208,8 @@ sbom() {
         fail "cargo-cyclonedx cannot be installed: see above"
     # A file beside the manifest of every member of the workspace.
     cargo cyclonedx --quiet --format json --spec-version 1.5 --override-filename sbom.cdx
-    for crate in cppr-cli cppr-py cppr-c; do mv "crates/$crate/sbom.cdx.json" "$out/$crate.cdx.json"; done
+    # The folder of this machine is nobody's concern.
+    for crate in cppr-cli cppr-py cppr-c; do sed "s|$root/||g" "crates/$crate/sbom.cdx.json" >"$out/$crate.cdx.json"; done
     rm -f crates/*/sbom.cdx.json
 }
 
