@@ -211,6 +211,27 @@ fn settle_counts(points: &mut [PathPoint<BundleEquilibrium>]) {
     }
 }
 
+/// Settles the counts of a branch. Where a determinant changes its sign but no eigenvalue, it is lost in rounding: the branch ends there.
+fn settle(
+    points: &mut Vec<PathPoint<BundleEquilibrium>>,
+    end: End,
+    branch: usize,
+    crossings: &mut Vec<Crossing>,
+) -> End {
+    settle_counts(points);
+    let count = |point: Option<&PathPoint<BundleEquilibrium>>| point.and_then(|p| p.inertia);
+    let lost = (1..points.len()).find(|&i| {
+        let crosses = matches!(points[i].kind, PointKind::BranchPoint { .. });
+        crosses
+            && points[i - 1].kind == PointKind::Regular
+            && count(points.get(i - 1)) == count(points.get(i + 1))
+    });
+    let Some(lost) = lost else { return end };
+    points.truncate(lost);
+    crossings.retain(|crossing| crossing.branch != branch || crossing.point < lost);
+    End::Step
+}
+
 fn row(pose: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
     let mut row = pose.transpose() * (pose * v);
     let last = row.len() - 1;
@@ -225,6 +246,13 @@ fn bordered(slopes: &DMatrix<f64>, row: &DVector<f64>) -> DMatrix<f64> {
     matrix
 }
 
+/// The shortest solution where the matrix is singular.
+fn shortest(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let svd = matrix.svd(true, true);
+    let least = SINGULAR * svd.singular_values.amax();
+    svd.solve(right, least).ok()
+}
+
 /// A branch point and the directions that leave it.
 #[derive(Clone)]
 struct Crossing {
@@ -235,6 +263,8 @@ struct Crossing {
     directions: Vec<DVector<f64>>,
 }
 
+/// Singular values of the bordered matrix below this part of the greatest are zero.
+const SINGULAR: f64 = 1e-9;
 /// Corrections of one point.
 const CORRECTIONS: usize = 10;
 /// Least cosine of the angle between the tangents of neighbours.
@@ -264,7 +294,7 @@ impl BundleSolver<'_> {
         let (mut branches, mut crossings) = (Vec::new(), Vec::<Crossing>::new());
         let mut points = vec![tracer.point(&first, PointKind::Regular)];
         let end = tracer.follow(first, &mut points, [0, 0], &mut crossings);
-        settle_counts(&mut points);
+        let end = settle(&mut points, end, 0, &mut crossings);
         branches.push(Branch { points, end, origin: None });
         let mut next = 0;
         while next < crossings.len() {
@@ -355,9 +385,18 @@ impl Tracer<'_, '_> {
         let n = place.point.len() - 1;
         let mut unit = DVector::zeros(n + 1);
         unit[n] = 1.0;
-        let (mut tangent, _) = solve(bordered(&found.matrix, along), &unit)?;
         let pose = found.pose_slopes;
-        tangent /= row(&pose, &tangent).dot(&tangent).sqrt();
+        // A direction in which nothing holds the bundle, as that of a round column that has buckled, is left out: of both ways the one that turns less.
+        let matrix = bordered(&found.matrix, along);
+        let straightest = [matrix.clone().lu().solve(&unit), shortest(matrix, &unit)]
+            .into_iter()
+            .flatten()
+            .map(|t| {
+                let size = row(&pose, &t).dot(&t).sqrt();
+                t / size
+            })
+            .max_by(|a, b| along.dot(a).total_cmp(&along.dot(b)));
+        let tangent = straightest?;
         let crossing = bordered(&found.matrix, &row(&pose, &tangent)).lu().determinant();
         let command = self.family.at(place.point[n]);
         let frame = Frame::new(self.solver.bundle, &command, self.solver.lengthening());
