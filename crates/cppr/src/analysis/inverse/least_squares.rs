@@ -28,9 +28,9 @@ const DAMPING: f64 = 1e-6;
 const GAIN: f64 = 1e-4;
 /// Residuals, steps and relative gains below these are zero.
 const ZERO: f64 = 1e-13;
-/// A step that would gain less than this part of the cost is not tried: it would change the values by 3e-5 of what the residuals leave uncertain,
+/// A step that would gain less than this part of the cost is not tried: it would change the values by 3e-7 of what the residuals leave uncertain,
 /// and rounding would soon decide whether it gains.
-const WORTH: f64 = 1e-9;
+const WORTH: f64 = 1e-13;
 
 /// Searches from `values`, where `first` was evaluated.
 pub(super) fn minimise<S>(
