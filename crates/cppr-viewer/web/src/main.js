@@ -206,10 +206,9 @@ store.addEventListener("change", ({ detail }) => {
     last = null;
     player.interrupt();
   }
-  // Those of a robot with parts and joints take seconds: none are shown meanwhile. A page that solves by itself does one thing at a time, and
-  // does not ask for them.
+  // Those of a robot with parts and joints take seconds: none are shown meanwhile.
   if (source.live && robot.bundle) panel?.safe([]);
-  if (source.live && !(robot.bundle && robots)) ranges.wake();
+  if (source.live) ranges.wake();
   if (!detail.solved) source.solve(store.scenario, { from_rest: resting });
   resting = false;
   // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
@@ -217,8 +216,13 @@ store.addEventListener("change", ({ detail }) => {
 });
 let resting = false;
 
-/** How far each actuator may go is asked where nothing has changed for a while. */
-const ranges = new Rest(400, () => source.send({ ranges: trimmed(store.scenario) }));
+/**
+ * How far each actuator may go is asked where nothing has changed for a while. A page that solves by itself does one thing at a time: of a robot
+ * with parts and joints, which may have come meanwhile, it does not ask what takes seconds.
+ */
+const ranges = new Rest(400, () => {
+  if (!(robot.bundle && robots)) source.send({ ranges: trimmed(store.scenario) });
+});
 
 /** What is offered where the shape on the page is unstable. */
 const aside = button("To a stable shape", "Under the same command, on a branch that leaves the path from rest; stays here where there is none", () => source.solve(store.scenario, { aside: true }));
