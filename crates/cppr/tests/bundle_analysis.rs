@@ -100,6 +100,28 @@ fn derivatives_are_those_of_the_modal_solver() {
 
 /// The response of the motors' efforts to motions is symmetric, and so is the compliance of an unloaded tip (Maxwell, Betti); the rows by a wrench
 /// are the columns by motions (virtual work). On the cases of the independent program: joints on the way, free tips, curved tubes.
+/// Bends of many turns, of which the plate's unknowns alone say nothing any more, are found where the modal solver has them.
+#[test]
+fn great_bends_are_those_of_the_modal_solver() {
+    let robot = prototype("R1", 1.27, BelowPlate::Continued);
+    let bundle = Bundle::new(&as_bundle(&robot)).unwrap();
+    let settings = Settings { resolution: Resolution::PLANAR.refined(4), ..Settings::default() };
+    for motion in [-60e-3, 60e-3, 100e-3] {
+        let command = Command::pull(&[motion]);
+        let expected = Solver::with_settings(&robot, settings).unwrap().solve(&command).unwrap();
+        let found = BundleSolver::new(&bundle).solve(&followers(&command));
+        assert!(found.converged && found.stable, "{motion}: {}", found.verdict());
+        let off = (found.tip - expected.tip().centre).norm() / robot.length();
+        let tension = expected.actuators()[0].tension;
+        assert!(off < 1e-7, "{motion}: the tip is off by {off:e} of the length");
+        assert!(
+            (found.efforts[1].force / tension - 1.0).abs() < 1e-7,
+            "{motion}: {} N for {tension}",
+            found.efforts[1].force
+        );
+    }
+}
+
 #[test]
 fn derivatives_obey_reciprocity() {
     for case in cases() {

@@ -5,7 +5,7 @@ use super::number::Number;
 use super::prepared::{Lengthening, Prepared};
 use super::section::TubeState;
 use super::solve::BundleCommand;
-use super::walk::{Base, Condition, Walk};
+use super::walk::{Base, Walk};
 use crate::solve::Drive;
 
 /// Values of the unknowns by what they are.
@@ -119,6 +119,7 @@ impl<'a> Frame<'a> {
             handed: Vec::new(),
             wrench: None,
             load,
+            unknowns: unknowns.len(),
         };
         if self.prepared.loaded {
             base.moment = [twist, take(moment), take(moment)];
@@ -187,19 +188,6 @@ impl<'a> Frame<'a> {
             moment: [base.moment[1], base.moment[2]],
             handed: base.handed,
         }
-    }
-
-    pub fn residual_units(&self, conditions: &[Condition]) -> Vec<f64> {
-        let [length, force, _, moment] = self.units();
-        conditions
-            .iter()
-            .map(|c| match c {
-                Condition::Label => length,
-                Condition::Angle => 1.0,
-                Condition::Energy | Condition::Force => force,
-                Condition::Moment => moment,
-            })
-            .collect()
     }
 
     pub fn walk(&self, tolerance: f64) -> Walk<'_> {

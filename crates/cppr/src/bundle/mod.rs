@@ -9,6 +9,7 @@
 //! Under `solve` in this crate stands the faster solver for tubes of one length that are joined at the tip.
 
 mod build;
+mod coordinates;
 pub(crate) mod course;
 pub(crate) mod curve;
 mod flow;

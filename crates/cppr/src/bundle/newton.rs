@@ -23,11 +23,13 @@ pub(super) const ROUGH: f64 = 1e-2;
 pub(super) struct Tangent {
     /// Scaled residual, at the linear estimate of where the integration arrives once its steps meet.
     pub residual: DVector<f64>,
-    /// Its slopes by the scaled unknowns, and by the fraction of a path.
+    /// Its slopes by the [coordinates](super::coordinates) at the tip, and by the fraction of a path.
     pub matrix: DMatrix<f64>,
+    /// By which its determinant is that by the scaled unknowns.
+    pub determinant: f64,
     /// Last tip (m) likewise.
     pub tip: Vector3<f64>,
-    /// Slopes of the last tip by the length, and of the tangent there.
+    /// Slopes of the last tip by the length, and of the tangent there; by the coordinates there, and by the fraction.
     pub pose_slopes: DMatrix<f64>,
     /// Greatest scaled residual, and gap between the steps.
     pub defect: f64,
@@ -73,22 +75,21 @@ impl Tangent {
             }
         };
         let base = frame.base_under(&inputs, &drives, load);
-        steps.begin_again();
         let outcome = walk.run(&base, steps, None)?;
-        let units = frame.residual_units(&outcome.conditions);
-        let left = outcome.residual;
-        let size = left.iter().zip(&units).fold(0.0, |m: f64, (r, u)| m.max((r.value / u).abs()));
+        let coordinates = &steps.coordinates;
+        let (matrix, residual) = coordinates.system(width - fraction).ok_or(Lost::Order)?;
         let [along, ..] = columns(outcome.turn);
         let length = walk.bundle.length;
         Ok(Self {
-            residual: DVector::from_fn(left.len(), |i, _| (left[i].value + left[i].slopes[P - 1]) / units[i]),
-            matrix: DMatrix::from_fn(left.len(), width, |i, j| left[i].slopes[j] / units[i]),
+            residual: DVector::from_vec(residual),
+            matrix,
+            determinant: coordinates.determinant,
             tip: Vector3::from(outcome.centre.map(|c| c.value + c.slopes[P - 1])),
             pose_slopes: DMatrix::from_fn(6, width, |i, j| match i {
                 0..3 => outcome.centre[i].slopes[j] / length,
                 _ => along[i - 3].slopes[j],
             }),
-            defect: size.max(steps.defect),
+            defect: coordinates.greatest().max(steps.defect),
         })
     }
 }
@@ -97,7 +98,9 @@ impl Tangent {
 struct Point {
     unknowns: Vec<f64>,
     steps: Steps,
-    change: DVector<f64>,
+    /// Of the coordinates at the tip, and of the unknowns.
+    last: DVector<f64>,
+    change: Vec<f64>,
     /// Of the conditions' slopes; NaN where these are singular.
     determinant: f64,
     /// Greatest changes of the unknowns and of the states between.
@@ -122,13 +125,14 @@ pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<(DVect
 impl Point {
     fn new(frame: &Frame, walk: &Walk, unknowns: Vec<f64>, mut steps: Steps) -> Result<Self, Lost> {
         let tangent = Tangent::new(frame, &unknowns, walk, &mut steps)?;
-        let (change, determinant) = solve(tangent.matrix, &-tangent.residual).ok_or(Lost::Section)?;
-        let between = steps.greatest_change(change.as_slice(), walk);
-        let size = [change.amax(), between];
-        if !size.iter().all(|s| s.is_finite()) {
+        let (last, determinant) = solve(tangent.matrix, &-tangent.residual).ok_or(Lost::Section)?;
+        let determinant = tangent.determinant * determinant;
+        let (change, between) = steps.at_plate(last.as_slice(), walk);
+        let size = [change.iter().fold(0.0, |most: f64, own| most.max(own.abs())), between];
+        if !(size.iter().all(|s| s.is_finite()) && change.iter().all(|own| own.is_finite())) {
             return Err(Lost::Steps);
         }
-        Ok(Self { unknowns, steps, change, determinant, size, defect: tangent.defect })
+        Ok(Self { unknowns, steps, last, change, determinant, size, defect: tangent.defect })
     }
 
     fn greatest(&self) -> f64 {
@@ -139,7 +143,7 @@ impl Point {
     fn moved(&self, factor: f64) -> (Vec<f64>, Steps) {
         let unknowns = self.unknowns.iter().zip(self.change.iter()).map(|(u, s)| u + factor * s).collect();
         let mut steps = self.steps.clone();
-        steps.advance(self.change.as_slice(), factor);
+        steps.advance(self.last.as_slice(), 1.0, factor);
         (unknowns, steps)
     }
 }

@@ -43,6 +43,8 @@ pub(crate) trait Number:
     /// Slopes by the inputs.
     fn slopes(&self) -> &[f64];
 
+    fn slopes_mut(&mut self) -> &mut [f64];
+
     /// A function of numbers, given its value and its slopes by them.
     fn combine(value: f64, weights: &[f64], numbers: &[Self]) -> Self;
 
@@ -90,6 +92,10 @@ impl Number for f64 {
 
     fn slopes(&self) -> &[f64] {
         &[]
+    }
+
+    fn slopes_mut(&mut self) -> &mut [f64] {
+        &mut []
     }
 
     fn combine(value: f64, _: &[f64], _: &[Self]) -> Self {
@@ -157,6 +163,10 @@ impl<const P: usize> Number for Dual<P> {
 
     fn slopes(&self) -> &[f64] {
         &self.slopes
+    }
+
+    fn slopes_mut(&mut self) -> &mut [f64] {
+        &mut self.slopes
     }
 
     #[inline]

@@ -1,15 +1,15 @@
-//! Paths of equilibria: pseudo-arclength continuation (Keller 1977), past folds and onto other branches.
+//! Paths of equilibria of a bundle: pseudo-arclength continuation (Keller 1977), past folds and onto other branches.
 //!
 //! The unknowns u of Newton's method and the fraction λ of the path are followed together along the curve r(u, λ) = 0. Motors and loads are inputs of
 //! the integration like u, so that ∂r/∂λ is exact. A point is predicted along the tangent and corrected on the bordered system
 //!
 //! ```text
 //! ⎡ r_u  r_λ ⎤ ⎡δu⎤     ⎡r⎤
-//! ⎣  (M t)ᵀ  ⎦ ⎣δλ⎦ = − ⎣0⎦
+//! ⎣   tᵀ Y   ⎦ ⎣δλ⎦ = − ⎣0⎦
 //! ```
 //!
-//! Lengths along the path are those of (c/L, tangent, λ) at the last tip: M is what they make of slopes. States between the steps of the integration go along as
-//! in [`newton`](super::newton).
+//! Lengths along the path are those of y = (c/L, tangent, λ) at the last tip: Y holds its slopes, and t is the unit direction in which it is left. In place of u
+//! stand the [coordinates](super::coordinates) at the tip. States between the steps of the integration go along as in [`newton`](super::newton).
 
 use super::frame::{Frame, Rates};
 use super::newton::{BETWEEN, Found, ROUGH, SETTLED, Tangent, solve};
@@ -157,13 +157,13 @@ struct Place {
 #[derive(Clone)]
 struct Node {
     place: Place,
-    /// Along the curve, of length one.
+    /// Along the curve: coordinates and λ at unit length.
     tangent: DVector<f64>,
-    /// Slopes of the pose by the point.
+    /// Y.
     pose: DMatrix<f64>,
     /// r_u and r_λ.
     slopes: DMatrix<f64>,
-    /// Of the bordered matrix: changes its sign where branches cross.
+    /// Changes its sign where branches cross; NaN where a direction is held by nothing all along the branch.
     crossing: f64,
     equilibrium: BundleEquilibrium,
 }
@@ -188,9 +188,9 @@ impl Node {
         self.crossing * next.crossing < 0.0
     }
 
-    /// M v.
-    fn row(&self, v: &DVector<f64>) -> DVector<f64> {
-        row(&self.pose, v)
+    /// t.
+    fn direction(&self) -> DVector<f64> {
+        &self.pose * &self.tangent
     }
 }
 
@@ -232,18 +232,37 @@ fn settle(
     End::Step
 }
 
-fn row(pose: &DMatrix<f64>, v: &DVector<f64>) -> DVector<f64> {
-    let mut row = pose.transpose() * (pose * v);
-    let last = row.len() - 1;
-    row[last] += v[last];
-    row
+/// Y.
+fn pose(tangent: &Tangent) -> DMatrix<f64> {
+    let [rows, columns] = [tangent.pose_slopes.nrows(), tangent.pose_slopes.ncols()];
+    let mut pose = tangent.pose_slopes.clone().insert_row(rows, 0.0);
+    pose[(rows, columns - 1)] = 1.0;
+    pose
 }
 
-fn bordered(slopes: &DMatrix<f64>, row: &DVector<f64>) -> DMatrix<f64> {
+fn bordered(slopes: &DMatrix<f64>, pose: &DMatrix<f64>, direction: &DVector<f64>) -> DMatrix<f64> {
     let n = slopes.nrows();
-    let mut matrix = slopes.clone().resize(n + 1, n + 1, 0.0);
-    matrix.row_mut(n).copy_from(&row.transpose());
+    let mut matrix = slopes.clone().insert_row(n, 0.0);
+    matrix.row_mut(n).copy_from(&pose.tr_mul(direction).transpose());
     matrix
+}
+
+/// The direction of λ alone.
+fn fraction_alone() -> DVector<f64> {
+    let mut direction = DVector::zeros(POSE + 1);
+    direction[POSE] = 1.0;
+    direction
+}
+
+/// A determinant in units in which every row has length one; NaN where it is nothing but rounding.
+fn sign_of(mut matrix: DMatrix<f64>) -> f64 {
+    for mut row in matrix.row_iter_mut() {
+        let size = row.norm();
+        row /= size;
+    }
+    let determinant = matrix.clone().lu().determinant();
+    let values = matrix.singular_values();
+    if values.min() > NEUTRAL * values.max() { determinant } else { f64::NAN }
 }
 
 /// The shortest solution where the matrix is singular.
@@ -263,8 +282,12 @@ struct Crossing {
     directions: Vec<DVector<f64>>,
 }
 
+/// Components of a pose.
+const POSE: usize = 6;
 /// Singular values of the bordered matrix below this part of the greatest are zero.
 const SINGULAR: f64 = 1e-9;
+/// The same with rows of length one, where a direction is held by nothing.
+const NEUTRAL: f64 = 1e-11;
 /// Corrections of one point.
 const CORRECTIONS: usize = 10;
 /// Least cosine of the angle between the tangents of neighbours.
@@ -313,6 +336,7 @@ impl BundleSolver<'_> {
                     ];
                     let end =
                         tracer.follow(leaving, &mut points, [branches.len(), depth + 1], &mut crossings);
+                    let end = settle(&mut points, end, branches.len(), &mut crossings);
                     branches.push(Branch {
                         points,
                         end,
@@ -353,23 +377,24 @@ impl Tracer<'_, '_> {
         Tangent::new(&frame, &place.point.as_slice()[..n], &walk, &mut place.steps).ok()
     }
 
-    /// Newton's method across a row. How many corrections it took.
+    /// Newton's method across a direction. How many corrections it took.
     fn correct(&self, place: &mut Place, across: &DVector<f64>) -> Option<usize> {
         let n = place.point.len() - 1;
         place.steps.adapt = true;
         for turn in 1..=CORRECTIONS {
             let tangent = self.evaluate(place)?;
-            let right = (-tangent.residual).push(0.0);
-            let (change, _) = solve(bordered(&tangent.matrix, across), &right)?;
+            let right = (-&tangent.residual).push(0.0);
+            let (last, _) = solve(bordered(&tangent.matrix, &pose(&tangent), across), &right)?;
             let command = self.family.in_full(place.point[n]);
             let frame = Frame::new(self.solver.bundle, &command, self.solver.lengthening());
-            let between = place.steps.greatest_change(change.as_slice(), &frame.walk(self.solver.tolerance));
+            let (change, between) = place.steps.at_plate(last.as_slice(), &frame.walk(self.solver.tolerance));
+            let change = DVector::from_vec(change);
             let size = change.amax() / (1.0 + place.point.amax());
             if !(size.is_finite() && between.is_finite()) {
                 return None;
             }
             place.steps.adapt = size.max(between) > ROUGH;
-            place.steps.advance(change.as_slice(), 1.0);
+            place.steps.advance(last.as_slice(), 1.0, 1.0);
             place.point += change;
             if size <= SETTLED && between <= BETWEEN * SETTLED {
                 return Some(turn);
@@ -378,26 +403,26 @@ impl Tracer<'_, '_> {
         None
     }
 
-    /// What is known at an equilibrium; its tangent goes the way of a row.
+    /// What is known at an equilibrium; its tangent goes the way of a direction.
     fn node(&self, mut place: Place, along: &DVector<f64>) -> Option<Node> {
         place.steps.adapt = false;
         let found = self.evaluate(&mut place)?;
         let n = place.point.len() - 1;
         let mut unit = DVector::zeros(n + 1);
         unit[n] = 1.0;
-        let pose = found.pose_slopes;
+        let pose = pose(&found);
         // A direction in which nothing holds the bundle, as that of a round column that has buckled, is left out: of both ways the one that turns less.
-        let matrix = bordered(&found.matrix, along);
+        let matrix = bordered(&found.matrix, &pose, along);
         let straightest = [matrix.clone().lu().solve(&unit), shortest(matrix, &unit)]
             .into_iter()
             .flatten()
             .map(|t| {
-                let size = row(&pose, &t).dot(&t).sqrt();
+                let size = (&pose * &t).norm();
                 t / size
             })
-            .max_by(|a, b| along.dot(a).total_cmp(&along.dot(b)));
+            .max_by(|a, b| along.dot(&(&pose * a)).total_cmp(&along.dot(&(&pose * b))));
         let tangent = straightest?;
-        let crossing = bordered(&found.matrix, &row(&pose, &tangent)).lu().determinant();
+        let crossing = found.determinant * sign_of(bordered(&found.matrix, &pose, &(&pose * &tangent)));
         let command = self.family.at(place.point[n]);
         let frame = Frame::new(self.solver.bundle, &command, self.solver.lengthening());
         let mut steps = place.steps.clone();
@@ -418,8 +443,7 @@ impl Tracer<'_, '_> {
         let command = self.family.in_full(0.0);
         let frame = Frame::new(self.solver.bundle, &command, self.solver.lengthening());
         let point = DVector::from_vec(frame.scaled(&start.unknowns)).push(0.0);
-        let mut across = DVector::zeros(point.len());
-        across[point.len() - 1] = 1.0;
+        let across = fraction_alone();
         let mut place = Place { point, steps: start.between.clone() };
         self.correct(&mut place, &across)?;
         // Where the equilibrium is singular the corrections may have left the beginning.
@@ -429,34 +453,29 @@ impl Tracer<'_, '_> {
 
     fn predicted(node: &Node, direction: &DVector<f64>, distance: f64) -> Place {
         let mut place = node.place.clone();
-        place.steps.advance(direction.as_slice(), distance);
-        place.point += direction * distance;
+        let moved = place.steps.advance(direction.as_slice(), 0.0, distance);
+        place.point += DVector::from_vec(moved);
         place
     }
 
     /// The node at a distance along the tangent of another one, and how many corrections that took.
     fn at(&self, here: &Node, distance: f64) -> Option<(Node, usize)> {
-        let across = here.row(&here.tangent);
+        let across = here.direction();
         let mut place = Self::predicted(here, &here.tangent, distance);
         let turns = self.correct(&mut place, &across)?;
         let next = self.node(place, &across)?;
-        (across.dot(&next.tangent) >= STRAIGHT).then_some((next, turns))
+        (across.dot(&next.direction()) >= STRAIGHT).then_some((next, turns))
     }
 
-    /// The node at the end of the path, which lies before `next`.
-    fn at_end(&self, here: &Node, next: &Node) -> Option<Node> {
+    /// The node at the end of the path, which lies before `next` at a distance.
+    fn at_end(&self, here: &Node, next: &Node, distance: f64) -> Option<Node> {
         let end = next.fraction().clamp(0.0, 1.0);
         let share = (end - here.fraction()) / (next.fraction() - here.fraction());
-        let mut place = here.place.clone();
-        let way = (&next.place.point - &here.place.point) * share;
-        place.steps.advance(way.as_slice(), 1.0);
-        place.point += way;
+        let mut place = Self::predicted(here, &here.tangent, share * distance);
         let n = place.point.len() - 1;
         place.point[n] = end;
-        let mut across = DVector::zeros(n + 1);
-        across[n] = 1.0;
-        self.correct(&mut place, &across)?;
-        self.node(place, &here.row(&here.tangent))
+        self.correct(&mut place, &fraction_alone())?;
+        self.node(place, &here.direction())
     }
 
     /// The node at a distance, or at the end of the path where that is nearer; how many corrections it took, and whether the path ends there.
@@ -465,7 +484,7 @@ impl Tracer<'_, '_> {
         if (0.0..=1.0).contains(&next.fraction()) {
             return Some((next, turns, false));
         }
-        Some((self.at_end(here, &next)?, turns, true))
+        Some((self.at_end(here, &next, distance)?, turns, true))
     }
 
     /// Follows a branch to its end; what is found on the way goes into `points` and `crossings`. `number` and depth are those of the branch.
@@ -517,7 +536,9 @@ impl Tracer<'_, '_> {
         if folds && let Some(node) = self.locate(here, step, Node::advance) {
             points.push(self.point(&node, PointKind::Fold));
         }
-        let several = !folds && !crosses && changed > 1;
+        // Of a single eigenvalue the determinant knows, where it is known.
+        let unknown = here.crossing.is_nan() || next.crossing.is_nan();
+        let several = !folds && !crosses && changed > usize::from(!unknown);
         if !(crosses || several) {
             return;
         }
@@ -564,7 +585,7 @@ impl Tracer<'_, '_> {
             }
             (b, at_b) = (middle, value);
             found = Some(node);
-            if value.abs() <= 0.0 {
+            if value.abs() <= 0.0 || value.is_nan() {
                 break;
             }
         }
@@ -573,13 +594,13 @@ impl Tracer<'_, '_> {
 
     /// Directions in which other branches leave: where the bordered matrix gives way.
     fn directions(node: &Node, multiplicity: usize) -> Vec<DVector<f64>> {
-        let svd = bordered(&node.slopes, &node.row(&node.tangent)).svd(false, true);
+        let svd = bordered(&node.slopes, &node.pose, &node.direction()).svd(false, true);
         let Some(right) = svd.v_t else { return Vec::new() };
         let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
         order.sort_by(|&i, &j| svd.singular_values[i].total_cmp(&svd.singular_values[j]));
         let direction = |&i: &usize| {
             let own = right.row(i).transpose();
-            let size = node.row(&own).dot(&own).sqrt();
+            let size = (&node.pose * &own).norm();
             own / size
         };
         order.iter().take(multiplicity).map(direction).filter(|d| d.iter().all(|x| x.is_finite())).collect()
@@ -588,7 +609,7 @@ impl Tracer<'_, '_> {
     /// The first node on another branch.
     fn leave(&self, node: &Node, direction: &DVector<f64>, along: bool) -> Option<Node> {
         let direction = if along { direction.clone() } else { -direction };
-        let across = node.row(&direction);
+        let across = &node.pose * &direction;
         let mut distance = ASIDE * self.tracing.step;
         for _ in 0..8 {
             let mut place = Self::predicted(node, &direction, distance);

@@ -94,11 +94,16 @@ impl BundleSolver<'_> {
             }
         }
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
-        let outcome = walk.run(&base, &mut equilibrium.between.clone(), None).ok()?;
+        let mut steps = equilibrium.between.clone();
+        let outcome = walk.run(&base, &mut steps, None).ok()?;
         let given = motors + wrench;
-        let by_unknowns = DMatrix::from_fn(n, n, |i, j| outcome.residual[i].slopes[j]);
-        let by_given = DMatrix::from_fn(n, given, |i, j| -outcome.residual[i].slopes[n + j]);
-        let moved = by_unknowns.lu().solve(&by_given)?;
+        let (system, _) = steps.coordinates.system(given)?;
+        let moved = -system.columns(0, n).into_owned().lu().solve(&system.columns(n, given))?;
+        // At the tip, and from there at the plate.
+        let mut last = DMatrix::zeros(P, given);
+        last.rows_mut(0, n).copy_from(&moved);
+        last.view_mut((n, 0), (given, given)).fill_with_identity();
+        let unknowns = steps.coordinates.stages(last).swap_remove(0).rows(0, n).into_owned();
         let axes = section_axes(&outcome);
         let pose = DMatrix::from_fn(6, n + given, |i, j| {
             if i < 3 {
@@ -109,7 +114,7 @@ impl BundleSolver<'_> {
                 axes.iter().map(|v| 0.5 * (v[a].value * v[b].slopes[j] - v[b].value * v[a].slopes[j])).sum()
             }
         });
-        Some(Slopes { tip: pose.columns(n, given) + pose.columns(0, n) * &moved, unknowns: moved })
+        Some(Slopes { tip: pose.columns(n, given) + pose.columns(0, n) * moved, unknowns })
     }
 }
 

@@ -566,11 +566,13 @@ impl<'a> BundleSolver<'a> {
     fn error(&self, frame: &Frame, equilibrium: &BundleEquilibrium) -> [f64; 2] {
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
         let unknowns = frame.scaled(&equilibrium.unknowns);
-        let finer = Tangent::new(frame, &unknowns, &walk, &mut equilibrium.between.halved()).ok();
+        let mut halved = equilibrium.between.halved();
+        let finer = Tangent::new(frame, &unknowns, &walk, &mut halved).ok();
         let moved = finer.and_then(|finer| {
-            let change = finer.matrix.lu().solve(&-finer.residual)?;
-            let moved = finer.pose_slopes.rows(0, 3) * &change * self.bundle.length;
+            let last = finer.matrix.lu().solve(&-finer.residual)?;
+            let moved = finer.pose_slopes.rows(0, 3) * &last * self.bundle.length;
             let tip = (finer.tip + moved - equilibrium.tip).norm();
+            let (change, _) = halved.at_plate(last.as_slice(), &walk);
             let moved: Vec<f64> = unknowns.iter().zip(change.iter()).map(|(u, c)| u + c).collect();
             Some((tip, frame.unknowns(&moved)))
         });

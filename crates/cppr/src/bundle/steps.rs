@@ -3,13 +3,15 @@
 //! Repeated steps make the result of an integration a smooth function of its inputs, which Newton's method needs. The states at the
 //! ends of the steps are unknowns of that method too (multiple shooting, Bock and Plitt 1984): an integration begins every step at the state
 //! that is kept there, so that errors of a start do not grow from one step to the next. By how much it arrives elsewhere is carried
-//! on in the last slope of the numbers: with slopes A by the inputs u and that one c, Newton's change of a state is A Δu + c.
+//! on in the last slope of the numbers: with slopes A by the [coordinates](super::coordinates) v and that one c, Newton's change of a state is A Δv + c.
 
+use super::coordinates::Coordinates;
 use super::flow::{Flow, Visitor};
 use super::number::Number;
 use super::section::Unbalanced;
 use super::tableau::{BEFORE, FIFTH, STAGES, STEP, THIRD};
 use super::walk::{Lost, Walk};
+use nalgebra::DMatrix;
 
 /// The state vector at the end of a step; without values where none is kept.
 #[derive(Clone, Debug, Default)]
@@ -17,8 +19,9 @@ struct Node {
     /// How many tubes it holds.
     tubes: usize,
     values: Vec<f64>,
-    /// Slopes of every value, one row each.
+    /// Slopes of every value, one row each, by the coordinates of a stage.
     slopes: Vec<f64>,
+    stage: usize,
     /// Estimated error of the step before as a part of what is allowed.
     error: f64,
 }
@@ -44,6 +47,8 @@ pub(crate) struct Steps {
     pub adapt: bool,
     /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
     pub defect: f64,
+    /// Conditions and coordinates of the integration.
+    pub coordinates: Coordinates,
 }
 
 impl Steps {
@@ -59,7 +64,7 @@ impl Steps {
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
-        Self { spans: self.spans.iter().map(halve).collect(), adapt: false, defect: 0.0 }
+        Self { spans: self.spans.iter().map(halve).collect(), ..Self::default() }
     }
 
     /// The same with every two steps made one whose errors are far below what is allowed.
@@ -78,7 +83,7 @@ impl Steps {
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
-        Self { spans: self.spans.iter().map(coarsen).collect(), adapt: false, defect: 0.0 }
+        Self { spans: self.spans.iter().map(coarsen).collect(), ..Self::default() }
     }
 
     /// Moves every state on by a multiple of how far it has come since it was what stands in `before`.
@@ -133,9 +138,10 @@ impl Steps {
         self.spans.truncate(spans);
     }
 
-    /// An integration begins: no state has been met by it.
-    pub fn begin_again(&mut self) {
+    /// An integration with so many unknowns begins: no state has been met by it.
+    pub fn begin_again(&mut self, unknowns: usize) {
         self.defect = 0.0;
+        self.coordinates = Coordinates::begin(unknowns);
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             node.slopes.clear();
         }
@@ -143,6 +149,7 @@ impl Steps {
 
     /// Forgets the slopes.
     pub fn settle(&mut self) {
+        self.coordinates = Coordinates::default();
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             node.slopes = Vec::new();
         }
@@ -170,11 +177,15 @@ impl Steps {
             // The pose does not grow apart; without slopes it goes on as it is integrated.
             kept = kept.min(4 * tubes);
         }
-        let scales = scales(tubes, kept, walk);
-        for ((value, old), scale) in flow.values.iter_mut().zip(&node.values).zip(&scales) {
+        let scales = scales(tubes, flow.values.len(), walk);
+        for ((value, old), scale) in flow.values.iter_mut().zip(&node.values).zip(&scales).take(kept) {
             self.defect = self.defect.max((value.value() - old).abs() / scale);
             *value = value.moved_to(*old);
         }
+        // Without loads nothing depends on the pose.
+        let dependent = if walk.command.loaded { scales.len() } else { 4 * tubes };
+        self.coordinates.exchange(&mut flow.values, &scales[..dependent]);
+        node.stage = self.coordinates.stage();
         // As many values as there are: with slopes, one row of them for each.
         node.values.truncate(flow.values.len());
         let known = node.values.len();
@@ -185,43 +196,57 @@ impl Steps {
         }
     }
 
-    /// Newton's change of every kept state for a change of the inputs: calls `each` with the state and its change.
-    fn changes(&mut self, inputs: &[f64], mut each: impl FnMut(usize, &mut [f64], &[f64])) {
+    /// Coordinates and inputs at every stage, from a change of the last coordinates and of the inputs after them, with a part of the gaps.
+    fn stages(&self, change: &[f64], gaps: f64) -> Vec<DMatrix<f64>> {
+        let rows = self.spans.iter().flat_map(|span| &span.nodes).filter(|node| !node.slopes.is_empty());
+        let width = rows.map(|node| node.slopes.len() / node.values.len()).next().unwrap_or(change.len() + 1);
+        let mut last = DMatrix::zeros(width, 1);
+        last.rows_mut(0, change.len()).copy_from_slice(change);
+        last[width - 1] = gaps;
+        self.coordinates.stages(last)
+    }
+
+    /// Calls `each` with the tubes of every kept state, the state, and its change.
+    fn changes(&mut self, stages: &[DMatrix<f64>], mut each: impl FnMut(usize, &mut [f64], &[f64])) {
         let mut change = Vec::new();
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             let width = node.values.len();
             if width == 0 || node.slopes.is_empty() {
                 continue;
             }
+            let Some(by) = stages.get(node.stage) else { continue };
             change.clear();
             for row in node.slopes.chunks_exact(node.slopes.len() / width) {
-                let by_inputs: f64 = row.iter().zip(inputs).map(|(s, u)| s * u).sum();
-                change.push(by_inputs + row.last().copied().unwrap_or(0.0));
+                change.push(row.iter().zip(by.iter()).map(|(slope, by)| slope * by).sum::<f64>());
             }
             each(node.tubes, &mut node.values, &change);
         }
     }
 
-    /// Moves the kept states by a part of Newton's change.
-    pub fn advance(&mut self, inputs: &[f64], factor: f64) {
-        self.changes(inputs, |_, values, change| {
-            for (value, change) in values.iter_mut().zip(change) {
-                *value += factor * change;
-            }
-        });
-    }
-
-    /// Greatest of Newton's changes, in scaled variables.
-    pub fn greatest_change(&mut self, inputs: &[f64], walk: &Walk) -> f64 {
+    /// The change at the plate of unknowns and inputs, as many as are given at the tip: Newton's, where the gaps close, and their greatest
+    /// effect on a state, in scaled variables.
+    pub fn at_plate(&mut self, change: &[f64], walk: &Walk) -> (Vec<f64>, f64) {
+        let stages = self.stages(change, 1.0);
         let mut most: f64 = 0.0;
-        self.changes(inputs, |tubes, _, change| {
+        self.changes(&stages, |tubes, _, change| {
             for (change, scale) in change.iter().zip(scales(tubes, change.len(), walk)) {
                 // A change that is not a number is the greatest.
                 let size = change.abs() / scale;
                 most = if size.is_nan() { f64::INFINITY } else { most.max(size) };
             }
         });
-        most
+        (stages[0].as_slice()[..change.len()].to_vec(), most)
+    }
+
+    /// Moves the kept states by a part of a change at the tip and of what closes the gaps. What moves at the plate is returned.
+    pub fn advance(&mut self, change: &[f64], gaps: f64, factor: f64) -> Vec<f64> {
+        let stages = self.stages(change, gaps);
+        self.changes(&stages, |_, values, change| {
+            for (value, change) in values.iter_mut().zip(change) {
+                *value += factor * change;
+            }
+        });
+        stages[0].as_slice()[..change.len()].iter().map(|own| factor * own).collect()
     }
 }
 

@@ -7,6 +7,7 @@
 //!
 //! Where the fields of a tube jump, its tension jumps with them: the Hamiltonian −G + n·t goes on (Weierstrass, Erdmann).
 
+use super::coordinates::Coordinates;
 use super::course::Course;
 use super::flow::{Flow, LOADS, POSE, Visitor};
 use super::number::Number;
@@ -30,35 +31,19 @@ pub(crate) struct Base<S> {
     pub wrench: Option<[[S; 3]; 2]>,
     /// Factor of the loads.
     pub load: S,
+    /// Of how many unknowns numbers have slopes.
+    pub unknowns: usize,
 }
 
 /// What an integration left.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<S> {
-    /// What is left of the conditions, see [`Condition`], and which conditions they are.
-    pub residual: Vec<S>,
-    pub conditions: Vec<Condition>,
     /// Position of the last tip (m), quaternion of the untwisted frame and angle of the material there.
     pub centre: [S; 3],
     pub turn: [S; 4],
     pub angle: S,
     /// Length of the centreline (m).
     pub length: S,
-}
-
-/// Kinds of conditions, for their units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Condition {
-    /// Labels that meet in a joint (m).
-    Label,
-    /// Angles that meet there (rad).
-    Angle,
-    /// The Hamiltonian where tubes end (N).
-    Energy,
-    /// Torque or moment (N m).
-    Moment,
-    /// Force (N).
-    Force,
 }
 
 /// Why an integration came to no end.
@@ -102,6 +87,7 @@ impl Walk<'_> {
         steps: &mut Steps,
         visit: Option<Visitor<'b, S>>,
     ) -> Result<Outcome<S>, Lost> {
+        steps.begin_again(base.unknowns);
         let mut runner = Runner::new(*self, base, visit);
         runner.look()?;
         let mut number = 0;
@@ -112,7 +98,7 @@ impl Walk<'_> {
             runner.look()?;
         }
         steps.end(number);
-        runner.finish()
+        runner.finish(&mut steps.coordinates)
     }
 }
 
@@ -133,8 +119,6 @@ struct Runner<'a, 'b, S: Number> {
     next: Vec<usize>,
     handed: std::slice::Iter<'b, [S; 2]>,
     wrench: Option<[[S; 3]; 2]>,
-    residual: Vec<S>,
-    conditions: Vec<Condition>,
     last: Option<([S; 3], [S; 4], S, S)>,
     /// Labels that no tube but the leading one may pass on a span.
     limits: Vec<f64>,
@@ -175,8 +159,6 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             next,
             handed: base.handed.iter(),
             wrench: base.wrench,
-            residual: Vec::new(),
-            conditions: Vec::new(),
             last: None,
             limits: Vec::new(),
             visit,
@@ -216,7 +198,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             }
         }
         let (mut leading, _) = first.ok_or(Lost::Order)?;
-        let start = self.flow.values.clone();
+        let (start, mark) = (self.flow.values.clone(), steps.coordinates.mark());
         for _ in 0..=self.flow.present.len() {
             let tube = self.flow.present[leading];
             let (to, _) = self.stop(tube).ok_or(Lost::Order)?;
@@ -229,7 +211,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             let span = Span { leading, to, number, key, passed: &self.next, limits: &self.limits };
             match march(&mut self.flow, &span, steps, &self.walk, &mut self.visit)? {
                 None => {
-                    self.pass(leading)?;
+                    self.pass(leading, &mut steps.coordinates)?;
                     if !self.flow.present.is_empty() {
                         steps.meet_event(&mut self.flow, &self.walk, number);
                     }
@@ -239,12 +221,13 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
                 Some(place) => leading = place,
             }
             self.flow.values.copy_from_slice(&start);
+            steps.coordinates.back_to(&mark);
         }
         Err(Lost::Order)
     }
 
     /// Passes the event of one tube.
-    fn pass(&mut self, place: usize) -> Result<(), Lost> {
+    fn pass(&mut self, place: usize, coordinates: &mut Coordinates) -> Result<(), Lost> {
         let tube = self.flow.present[place];
         let (label, stop) = self.stop(tube).ok_or(Lost::Order)?;
         self.next[tube] += 1;
@@ -260,7 +243,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
                 self.flow.pieces[place] = &pieces[piece + 1];
                 Ok(self.flow.restore(place, energy)?)
             }
-            Stop::Station(station) => self.station(station),
+            Stop::Station(station) => self.station(station, coordinates),
             Stop::Load(load) => {
                 let energy = self.flow.energy()?;
                 let torque = self.flow.apply(&self.walk.command.points[load].1, place);
@@ -279,15 +262,17 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
         }
     }
 
-    fn leave(&mut self, condition: Condition, left: S) {
-        self.residual.push(left);
-        self.conditions.push(condition);
+    /// Units of length, force and moment.
+    fn units(&self) -> [f64; 3] {
+        let (length, force) = (self.walk.bundle.length, self.walk.command.force_scale);
+        [length, force, force * length]
     }
 
     /// Tubes meet in a joint, or one ends.
-    fn station(&mut self, number: usize) -> Result<(), Lost> {
+    fn station(&mut self, number: usize, coordinates: &mut Coordinates) -> Result<(), Lost> {
         let bundle = self.walk.bundle;
         let station = &bundle.stations[number];
+        let [length, force, moment] = self.units();
         let energy = self.flow.energy()?;
         let places: Vec<usize> = station
             .iter()
@@ -301,8 +286,8 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
                 let angle = self.flow.values[4 * first + 2];
                 let give = self.walk.command.lengthening.give * bundle.length / self.walk.command.force_scale;
                 let own = self.flow.values[4 * place] - self.flow.values[4 * place + 1] * give;
-                self.leave(Condition::Label, own - label);
-                self.leave(Condition::Angle, self.flow.values[4 * place + 2] - angle);
+                coordinates.leave(own - label, length);
+                coordinates.leave(self.flow.values[4 * place + 2] - angle, 1.0);
                 self.flow.values[4 * place] = S::constant(label);
                 self.flow.values[4 * place + 2] = angle;
             }
@@ -344,7 +329,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             self.flow.values[4 * place + 3] = torque;
             self.enter_beyond(place, tube);
         } else {
-            self.leave(Condition::Moment, torque);
+            coordinates.leave(torque, moment);
         }
         let mut ended: Vec<usize> =
             places.iter().copied().filter(|p| !on.iter().any(|(o, _)| o == p)).collect();
@@ -357,7 +342,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
             Ok(self.flow.restore(place, energy)?)
         } else {
             let beyond = if self.flow.present.is_empty() { S::constant(0.0) } else { self.flow.energy()? };
-            self.leave(Condition::Energy, beyond - energy);
+            coordinates.leave(beyond - energy, force);
             Ok(())
         }
     }
@@ -371,23 +356,24 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
         self.next[tube] = self.next[tube].max(stops.partition_point(|stop| stop.0 <= label));
     }
 
-    fn finish(mut self) -> Result<Outcome<S>, Lost> {
+    fn finish(self, coordinates: &mut Coordinates) -> Result<Outcome<S>, Lost> {
         let (centre, turn, angle, length) = self.last.ok_or(Lost::Order)?;
         if self.walk.command.loaded {
             let values = &self.flow.values[1 + POSE..1 + POSE + LOADS];
             let force = [values[0], values[1], values[2]];
             let moment = [values[3], values[4], values[5]];
             let [_, y, z] = columns(turn);
+            let [_, unit_force, unit] = self.units();
             if self.walk.command.seeks_force {
                 for component in force {
-                    self.leave(Condition::Force, component);
+                    coordinates.leave(component, unit_force);
                 }
             }
             let about = cross(centre, force);
             let left = [moment[0] - about[0], moment[1] - about[1], moment[2] - about[2]];
-            self.leave(Condition::Moment, dot(left, y));
-            self.leave(Condition::Moment, dot(left, z));
+            coordinates.leave(dot(left, y), unit);
+            coordinates.leave(dot(left, z), unit);
         }
-        Ok(Outcome { residual: self.residual, conditions: self.conditions, centre, turn, angle, length })
+        Ok(Outcome { centre, turn, angle, length })
     }
 }
