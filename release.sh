@@ -193,7 +193,7 @@ c() {
         if command -v mkoctfile >/dev/null; then
             (
                 cd "$place"/*/matlab
-                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-window-system --eval "build_cppr, robot = cppr.Robot('../examples/r3.toml'); \
+                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-history --no-window-system --eval "build_cppr, robot = cppr.Robot('../examples/r3.toml'); \
                     eq = robot.solve('pull', 5e-3); printf('Octave: %.3f mm\n', 1e3 * eq.tip_position(1))" 2>&1
             ) | grep "134.383" || fail "the toolbox does not solve the first example in Octave"
         else

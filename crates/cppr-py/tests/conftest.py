@@ -16,6 +16,11 @@ ROOT = Path(__file__).resolve().parents[3]
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    # Here and not in pyproject.toml, which tests that know no cppr read too.
+    config.addinivalue_line("filterwarnings", "error::cppr.UnitWarning")
+
+
 @pytest.fixture(autouse=True)
 def at_the_root(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
