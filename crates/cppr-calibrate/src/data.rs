@@ -6,10 +6,10 @@
 //! | column | meaning | default |
 //! |---|---|---|
 //! | `robot` | name of the robot, as in its file | the only robot |
-//! | `pullK_mm`, `rotateK_deg` | motion of follower K | 0 |
+//! | `pullK_mm`, `rotateK_deg` | motion of tube K, of the first only where a robot has parts or joints | 0 |
 //! | `tip_force_x_N`, `_y_`, `_z_` | dead force on the tip | 0 |
 //! | `tip_point_x_mm`, `_y_`, `_z_` | where it acts, in the tip's frame | centre of the tip |
-//! | `at_mm` | label X of the measured point | the tip |
+//! | `at_mm` | label X of the measured point; of a robot with parts or joints the length of the centreline up to it, or the label on tube K | the tip |
 //! | `line` | `centre`, or `tubeK` for the centroid line of tube K | centre |
 //! | `x_mm`, `y_mm`, `z_mm` | measured point, base frame; an empty field was not measured | |
 //! | `direction_x`, `_y`, `_z` | measured direction of the axis there | |
@@ -34,15 +34,15 @@ pub struct Measurement {
     pub row: usize,
     /// Name of the robot; empty for the only one.
     pub robot: String,
-    /// Δa of every follower (m).
+    /// Translation of every tube, the leader first (m).
     pub pulls: Vec<f64>,
-    /// Ω of every follower (rad).
+    /// Rotation of every tube (rad).
     pub rotations: Vec<f64>,
     /// Dead tip force (N).
     pub tip_force: Vector3<f64>,
     /// Its point of action in the tip frame (m).
     pub tip_point: Vector3<f64>,
-    /// Label of the measured point (m); `None` is the tip.
+    /// Label of the measured point, or of a bundle the length of the centreline up to it (m); `None` is the tip.
     pub at: Option<f64>,
     /// Line that the point lies on.
     pub line: Line,
@@ -84,7 +84,7 @@ fn axis(text: &str) -> Option<usize> {
 
 fn column(name: &str) -> Option<Column> {
     let between = |start: &str, end: &str| name.strip_prefix(start)?.strip_suffix(end);
-    let follower = |text: &str| text.parse::<usize>().ok().filter(|k| (2..=16).contains(k)).map(|k| k - 2);
+    let tube = |text: &str| text.parse::<usize>().ok().filter(|k| (1..=16).contains(k)).map(|k| k - 1);
     match name {
         "robot" => return Some(Column::Robot),
         "line" => return Some(Column::Line),
@@ -94,20 +94,20 @@ fn column(name: &str) -> Option<Column> {
         _ => {}
     }
     between("pull", "_mm")
-        .and_then(follower)
+        .and_then(tube)
         .map(Column::Pull)
-        .or_else(|| between("rotate", "_deg").and_then(follower).map(Column::Rotate))
+        .or_else(|| between("rotate", "_deg").and_then(tube).map(Column::Rotate))
         .or_else(|| between("tip_force_", "_N").and_then(axis).map(Column::Force))
         .or_else(|| between("tip_point_", "_mm").and_then(axis).map(Column::ForcePoint))
         .or_else(|| name.strip_prefix("direction_").and_then(axis).map(Column::Direction))
         .or_else(|| name.strip_suffix("_mm").and_then(axis).map(Column::Point))
 }
 
-/// Reads measurements; `followers` is the largest number of followers among the robots.
+/// Reads measurements; `tubes` is the largest number of tubes among the robots.
 ///
 /// # Errors
 /// Every problem of the file.
-pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<TableProblem>> {
+pub fn read(text: &str, tubes: usize) -> Result<Vec<Measurement>, Vec<TableProblem>> {
     let (table, mut problems) = Table::parse(text);
     let mut problem = |line: usize, message: String| problems.push(TableProblem { line, message });
     let head = table.head.line;
@@ -116,8 +116,8 @@ pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<TableP
         let found = column(name);
         match found {
             None => problem(head, format!("there is no column {name}; known are {KNOWN}")),
-            Some(Column::Pull(k) | Column::Rotate(k)) if k >= followers => {
-                problem(head, format!("{name}: the robots have followers 2 to {}", followers + 1));
+            Some(Column::Pull(k) | Column::Rotate(k)) if k >= tubes => {
+                problem(head, format!("{name}: the robots have tubes 1 to {tubes}"));
             }
             Some(_) => {}
         }
@@ -131,7 +131,7 @@ pub fn read(text: &str, followers: usize) -> Result<Vec<Measurement>, Vec<TableP
     }
     let mut list = Vec::new();
     for row in &table.rows {
-        match measurement(row, &columns, &table.head.fields, followers) {
+        match measurement(row, &columns, &table.head.fields, tubes) {
             Ok(measurement) => list.push(measurement),
             Err(messages) => messages.into_iter().for_each(|m| problem(row.line, m)),
         }
@@ -147,14 +147,14 @@ fn measurement(
     row: &Row,
     columns: &[Option<Column>],
     head: &[String],
-    followers: usize,
+    tubes: usize,
 ) -> Result<Measurement, Vec<String>> {
     let nothing = f64::NAN;
     let mut m = Measurement {
         row: row.line,
         robot: String::new(),
-        pulls: vec![0.0; followers],
-        rotations: vec![0.0; followers],
+        pulls: vec![0.0; tubes],
+        rotations: vec![0.0; tubes],
         tip_force: Vector3::zeros(),
         tip_point: Vector3::zeros(),
         at: None,
@@ -199,8 +199,8 @@ fn measurement(
             },
         };
         match *column {
-            Column::Pull(k) if k < followers => m.pulls[k] = number * 1e-3,
-            Column::Rotate(k) if k < followers => m.rotations[k] = number.to_radians(),
+            Column::Pull(k) if k < tubes => m.pulls[k] = number * 1e-3,
+            Column::Rotate(k) if k < tubes => m.rotations[k] = number.to_radians(),
             Column::Force(axis) => m.tip_force[axis] = number,
             Column::ForcePoint(axis) => m.tip_point[axis] = number * 1e-3,
             Column::At => m.at = Some(number * 1e-3),

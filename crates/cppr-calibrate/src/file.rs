@@ -30,6 +30,10 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
     for estimate in sorted {
         let number = estimate.value / estimate.parameter.unit().1;
         match (estimate.parameter.kind, estimate.parameter.tube) {
+            (ParameterKind::RestCurvatureFactor, None) => {
+                each_tube(&mut document, |tube| curve(tube, number))?;
+            }
+            (ParameterKind::RestCurvatureFactor, Some(k)) => curve(own_tube(&mut document, k)?, number)?,
             (ParameterKind::CentroidOffsetFactor, None) => {
                 put(table(document.as_table_mut(), "calibration")?, "centroid_offset_factor", number);
                 each_tube(&mut document, |tube| {
@@ -64,6 +68,24 @@ fn material(table: &mut Table, kind: ParameterKind, number: f64) {
     } else {
         put(table, "youngs_modulus_GPa", number);
     }
+}
+
+/// Multiplies the rest curvatures of a tube and of its parts.
+fn curve(tube: &mut Table, factor: f64) -> Result<(), FileProblem> {
+    let key = "rest_curvature_1_m";
+    let scale = |own: &mut Table| {
+        let old = own.get(key).and_then(|old| old.as_float().or_else(|| old.as_integer().map(|n| n as f64)));
+        if let Some(old) = old {
+            put(own, key, old * factor);
+        }
+    };
+    scale(tube);
+    if let Some(parts) = tube.get_mut("part") {
+        let parts = parts.as_array_of_tables_mut();
+        let parts = parts.ok_or_else(|| FileProblem("part is not written as [[tube.part]] tables".into()))?;
+        parts.iter_mut().for_each(scale);
+    }
+    Ok(())
 }
 
 /// Sets a number; the comment behind it stays. Eight digits are more than a fit knows.

@@ -1,13 +1,10 @@
 //! The fit and what it is worth.
 
 use crate::data::{Line, Measurement};
+use crate::design::Design;
+use crate::observe::{Found, Model};
 use crate::parameter::{Parameter, ParameterProblem, apply};
 use crate::units;
-use cppr::Vector3;
-use cppr::analysis::{Perturbed, absurd_demand};
-use cppr::design::{Robot, RobotDesign};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
-use cppr::statics::{Loads, RotationMeans, Wrench};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -125,7 +122,7 @@ pub struct Fit {
     /// The same before the fit.
     pub rms_before: f64,
     /// Designs with the fitted values.
-    pub designs: Vec<RobotDesign>,
+    pub designs: Vec<Design>,
     /// Evaluations of all equilibria.
     pub evaluations: usize,
 }
@@ -135,7 +132,7 @@ pub struct Fit {
 /// # Errors
 /// See [`FitProblem`]; what the data cannot determine is refused.
 pub fn fit(
-    designs: &[RobotDesign],
+    designs: &[Design],
     measurements: &[Measurement],
     list: &[Parameter],
     stop: Option<Arc<AtomicBool>>,
@@ -176,12 +173,12 @@ pub fn fit(
     conclude(&problem, &before, &found)
 }
 
-fn robot_of(designs: &[RobotDesign], m: &Measurement) -> Result<usize, FitProblem> {
-    let names = || designs.iter().map(|d| d.name.as_str()).collect::<Vec<_>>().join(", ");
+fn robot_of(designs: &[Design], m: &Measurement) -> Result<usize, FitProblem> {
+    let names = || designs.iter().map(Design::name).collect::<Vec<_>>().join(", ");
     let fail = |why: String| Err(FitProblem::Measurement(m.row, why));
     let index = if m.robot.is_empty() && designs.len() == 1 {
         0
-    } else if let Some(index) = designs.iter().position(|d| d.name.eq_ignore_ascii_case(&m.robot)) {
+    } else if let Some(index) = designs.iter().position(|d| d.name().eq_ignore_ascii_case(&m.robot)) {
         index
     } else if m.robot.is_empty() {
         return fail(format!("the column robot is needed with several robots: {}", names()));
@@ -189,25 +186,28 @@ fn robot_of(designs: &[RobotDesign], m: &Measurement) -> Result<usize, FitProble
         return fail(format!("there is no robot {}; there are {}", m.robot, names()));
     };
     let design = &designs[index];
-    let followers = design.tubes.len() - 1;
-    let beyond = |list: &[f64]| list.iter().skip(followers).any(|v| v.abs() > 0.0);
-    if beyond(&m.pulls) || beyond(&m.rotations) {
-        return fail(format!("{} has {followers} followers", design.name));
+    let (name, tubes) = (design.name(), design.tube_count());
+    let moved = |tube: usize| m.pulls[tube].abs() > 0.0 || m.rotations[tube].abs() > 0.0;
+    if (tubes..m.pulls.len()).any(moved) {
+        return fail(format!("{name} has tubes 1 to {tubes}"));
     }
     if let Line::Tube(tube) = m.line
-        && tube >= design.tubes.len()
+        && tube >= tubes
     {
-        return fail(format!("{} has tubes 1 to {}", design.name, design.tubes.len()));
+        return fail(format!("{name} has tubes 1 to {tubes}"));
     }
-    if let Some(at) = m.at
-        && !(0.0..=design.length).contains(&at)
-    {
-        return fail(format!(
-            "at_mm is {}, but {} reaches from 0 to {} mm",
-            at * 1e3,
-            design.name,
-            design.length * 1e3
-        ));
+    if let Design::Robot(design) = design {
+        if moved(0) {
+            return fail(format!(
+                "tube 1 of {name} stands still; only a robot with parts or joints moves it"
+            ));
+        }
+        if let Some(at) = m.at
+            && !(0.0..=design.length).contains(&at)
+        {
+            let [at, length] = [at, design.length].map(|v| v * 1e3);
+            return fail(format!("at_mm is {at}, but {name} reaches from 0 to {length} mm"));
+        }
     }
     if let Err(why) = units::within_reach(m, design) {
         return fail(why);
@@ -216,7 +216,7 @@ fn robot_of(designs: &[RobotDesign], m: &Measurement) -> Result<usize, FitProble
 }
 
 struct Problem<'a> {
-    designs: &'a [RobotDesign],
+    designs: &'a [Design],
     measurements: &'a [Measurement],
     /// Robot of each measurement.
     groups: Vec<usize>,
@@ -226,7 +226,7 @@ struct Problem<'a> {
     logarithms: DVector<f64>,
     stop: Option<Arc<AtomicBool>>,
     /// Last equilibrium of each measurement, to start from.
-    last: RefCell<Vec<Option<Equilibrium>>>,
+    last: RefCell<Vec<Option<Found>>>,
     failure: RefCell<Option<FitProblem>>,
     evaluations: RefCell<usize>,
 }
@@ -244,99 +244,22 @@ const CHECK: &str = "Check the frame and the units of the data, and begin nearer
 
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
-fn command(m: &Measurement, followers: usize) -> Command {
-    let actuators = (0..followers)
-        .map(|f| Actuator { push_pull: Drive::Motion(m.pulls[f]), rotation: Drive::Motion(m.rotations[f]) })
-        .collect();
-    let mut loads = Loads::none();
-    if m.tip_force.norm() > 0.0 {
-        loads.wrenches.push(Wrench { point: m.tip_point, ..Wrench::tip_force(m.tip_force) });
-    }
-    Command { actuators, loads, rotation_means: RotationMeans::Base }
-}
-
-/// The model's point and direction for a measurement.
-fn observe(m: &Measurement, solver: &mut Solver, found: &Equilibrium) -> Vec<f64> {
-    let shape = solver.shape_at(found, &[m.at.unwrap_or(found.robot().length())]);
-    let section = &shape.sections[0];
-    let point = match m.line {
-        Line::Centre => section.centre,
-        Line::Tube(tube) => section.tubes[tube].centroid,
-    };
-    let direction: Vector3<f64> = section.rotation.column(0).into_owned();
-    point.iter().chain(direction.iter()).copied().collect()
-}
-
 impl Problem<'_> {
     fn values(&self) -> Vec<f64> {
         self.start.iter().zip(self.logarithms.iter()).map(|(s, l)| s * l.exp()).collect()
     }
 
-    /// Per robot and parameter, for relative changes.
-    fn perturbed(&self, values: &[f64]) -> Result<Vec<Vec<Perturbed>>, FitProblem> {
-        let one = |design: &RobotDesign, p: usize| {
-            let changed = |by: f64| {
-                let mut moved = values.to_vec();
-                moved[p] *= 1.0 + by;
-                Robot::from_design(apply(design, self.list, &moved)).ok()
-            };
-            let why = || FitProblem::Search(format!("{} cannot be changed at {}", design.name, self.list[p]));
-            Perturbed::new(1e-3, changed).ok_or_else(why)
-        };
-        self.designs.iter().map(|d| (0..self.list.len()).map(|p| one(d, p)).collect()).collect()
-    }
-
     fn evaluate(&self, derivatives: bool) -> Result<Evaluation, FitProblem> {
         *self.evaluations.borrow_mut() += 1;
         let values = self.values();
-        let robots = self
-            .designs
-            .iter()
-            .map(|d| Robot::from_design(apply(d, self.list, &values)))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|problems| FitProblem::Search(format!("{problems}. {CHECK}")))?;
-        let perturbed = if derivatives { self.perturbed(&values)? } else { Vec::new() };
-        let solver_of = |robot: &Robot| {
-            let mut solver = Solver::new(robot);
-            solver.stop_by(self.stop.clone());
-            solver
-        };
-        let mut solvers: Vec<Solver> = robots.iter().map(solver_of).collect();
+        let models = self.designs.iter().map(|d| Model::new(d, self.list, &values, derivatives));
+        let models = models.collect::<Result<Vec<_>, _>>().map_err(|problem| self.at(&values, problem))?;
+        let mut observers: Vec<_> =
+            models.iter().map(|m| m.observer(self.list, self.stop.as_ref())).collect();
         let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, (m, &group)) in self.measurements.iter().zip(&self.groups).enumerate() {
-            let solver = &mut solvers[group];
-            if solver.is_stopped() {
-                return Err(FitProblem::Stopped);
-            }
-            let command = command(m, solver.robot().follower_count());
-            if let Some(demand) = absurd_demand(solver.robot(), &command) {
-                return Err(FitProblem::Measurement(m.row, demand.to_string()));
-            }
-            let found = match &self.last.borrow()[i] {
-                Some(start) => solver.solve_from(&command, start),
-                None => solver.solve(&command),
-            };
-            let found = found.map_err(|e| FitProblem::Measurement(m.row, e.to_string()))?;
-            if let Status::NotConverged(_) = found.status() {
-                let at: Vec<String> = self
-                    .list
-                    .iter()
-                    .zip(&values)
-                    .map(|(p, v)| format!("{p} = {:.3} {}", v / p.unit().1, p.unit().0))
-                    .collect();
-                let why = format!("with {}: {}. {CHECK}", at.join(", "), found.status());
-                return Err(FitProblem::NoEquilibrium(m.row, why));
-            }
-            let seen = observe(m, solver, &found);
-            let mut slopes: Vec<Vec<f64>> = Vec::new();
-            if derivatives {
-                for (parameter, moved) in self.list.iter().zip(&perturbed[group]) {
-                    let read = |solver: &mut Solver, eq: &Equilibrium| observe(m, solver, eq);
-                    let slope = solver.parameter_sensitivity(&found, moved, read);
-                    let why = || format!("{parameter} has no derivative here");
-                    slopes.push(slope.map_err(|_| FitProblem::NoEquilibrium(m.row, why()))?);
-                }
-            }
+        let mut last = self.last.borrow_mut();
+        for ((m, &group), last) in self.measurements.iter().zip(&self.groups).zip(last.iter_mut()) {
+            let seen = observers[group].see(m, last.as_ref()).map_err(|problem| self.at(&values, problem))?;
             for axis in 0..6 {
                 let (what, measured, sigma) = match (axis < 3, m.direction) {
                     (true, _) => (AXES[axis], m.point[axis], m.sigma),
@@ -346,11 +269,12 @@ impl Problem<'_> {
                 if measured.is_nan() {
                     continue;
                 }
-                plain.push((m.row, what, seen[axis] - measured));
-                weighted.push((seen[axis] - measured) / sigma);
-                rows.extend(slopes.iter().map(|s| s[axis] / sigma));
+                let difference = seen.outputs[axis] - measured;
+                plain.push((m.row, what, difference));
+                weighted.push(difference / sigma);
+                rows.extend(seen.slopes.iter().map(|s| s[axis] / sigma));
             }
-            self.last.borrow_mut()[i] = Some(found);
+            *last = Some(seen.found);
         }
         let columns = if derivatives { self.list.len() } else { 0 };
         Ok(Evaluation {
@@ -358,6 +282,19 @@ impl Problem<'_> {
             plain,
             weighted: DVector::from_vec(weighted),
         })
+    }
+
+    /// A problem with the values at which it came up.
+    fn at(&self, values: &[f64], problem: FitProblem) -> FitProblem {
+        match problem {
+            FitProblem::NoEquilibrium(row, why) => {
+                let own = |(p, v): (&Parameter, &f64)| format!("{p} = {:.3} {}", v / p.unit().1, p.unit().0);
+                let at: Vec<String> = self.list.iter().zip(values).map(own).collect();
+                FitProblem::NoEquilibrium(row, format!("with {}: {why}. {CHECK}", at.join(", ")))
+            }
+            FitProblem::Search(why) => FitProblem::Search(format!("{why}. {CHECK}")),
+            other => other,
+        }
     }
 
     /// For the search, which takes `None` for an answer; the reason is kept.

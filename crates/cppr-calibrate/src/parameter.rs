@@ -1,6 +1,8 @@
 //! What can be fitted, and how it changes a design.
 
-use cppr::design::{RobotDesign, TubeDesign};
+use crate::design::Design;
+use cppr::bundle::Part;
+use cppr::design::TubeDesign;
 use std::fmt;
 
 /// A kind of parameter.
@@ -12,6 +14,8 @@ pub enum ParameterKind {
     YoungsModulus,
     /// Shear modulus G (Pa); Young's modulus stays.
     ShearModulus,
+    /// Factor on the curvature of free tubes and parts (-).
+    RestCurvatureFactor,
 }
 
 /// A parameter to fit: one value for all robots, of all tubes or of one.
@@ -32,6 +36,8 @@ pub enum ParameterProblem {
     NoTube(String, usize, usize),
     /// A tube given by its stiffness has no material: robot, tube number.
     NoMaterial(String, usize),
+    /// No part of these tubes is curved when free: robot, and the tube's number where one was named.
+    Straight(String, Option<usize>),
     /// The same parameter twice, or once for all tubes and once for one.
     Twice(String),
 }
@@ -41,11 +47,18 @@ impl fmt::Display for ParameterProblem {
         match self {
             Self::Unknown(name) => write!(
                 f,
-                "{name} cannot be fitted; write centroid_offset_factor, youngs_modulus or shear_modulus, with @2 for tube 2 alone"
+                "{name} cannot be fitted; write centroid_offset_factor, youngs_modulus, shear_modulus or rest_curvature_factor, with @2 for \
+                 tube 2 alone"
             ),
             Self::NoTube(robot, tube, count) => write!(f, "{robot} has tubes 1 to {count}, not {tube}"),
             Self::NoMaterial(robot, tube) => {
                 write!(f, "tube {tube} of {robot} is given by its stiffness and has no modulus to fit")
+            }
+            Self::Straight(robot, Some(tube)) => {
+                write!(f, "tube {tube} of {robot} is straight when free: no curvature to fit")
+            }
+            Self::Straight(robot, None) => {
+                write!(f, "the tubes of {robot} are straight when free: no curvature to fit")
             }
             Self::Twice(name) => write!(f, "{name} is asked for twice"),
         }
@@ -60,6 +73,7 @@ impl fmt::Display for Parameter {
             ParameterKind::CentroidOffsetFactor => "centroid_offset_factor",
             ParameterKind::YoungsModulus => "youngs_modulus",
             ParameterKind::ShearModulus => "shear_modulus",
+            ParameterKind::RestCurvatureFactor => "rest_curvature_factor",
         };
         match self.tube {
             None => write!(f, "{name}"),
@@ -86,6 +100,7 @@ impl Parameter {
             "centroid_offset_factor" => ParameterKind::CentroidOffsetFactor,
             "youngs_modulus" => ParameterKind::YoungsModulus,
             "shear_modulus" => ParameterKind::ShearModulus,
+            "rest_curvature_factor" => ParameterKind::RestCurvatureFactor,
             _ => return Err(unknown()),
         };
         Ok(Self { kind, tube })
@@ -95,7 +110,7 @@ impl Parameter {
     #[must_use]
     pub fn unit(&self) -> (&'static str, f64) {
         match self.kind {
-            ParameterKind::CentroidOffsetFactor => ("-", 1.0),
+            ParameterKind::CentroidOffsetFactor | ParameterKind::RestCurvatureFactor => ("-", 1.0),
             ParameterKind::YoungsModulus | ParameterKind::ShearModulus => ("GPa", 1e9),
         }
     }
@@ -112,7 +127,7 @@ impl Parameter {
     ///
     /// # Errors
     /// The first problem.
-    pub fn check(list: &[Self], designs: &[RobotDesign]) -> Result<(), ParameterProblem> {
+    pub fn check(list: &[Self], designs: &[Design]) -> Result<(), ParameterProblem> {
         for (i, own) in list.iter().enumerate() {
             let clash = |other: &&Self| {
                 other.kind == own.kind
@@ -122,16 +137,34 @@ impl Parameter {
                 return Err(ParameterProblem::Twice(own.to_string()));
             }
             for design in designs {
-                let count = design.tubes.len();
-                if let Some(tube) = own.tube.filter(|t| *t > count) {
-                    return Err(ParameterProblem::NoTube(design.name.clone(), tube, count));
+                own.check_one(design)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_one(&self, design: &Design) -> Result<(), ParameterProblem> {
+        let (name, count) = (|| design.name().to_owned(), design.tube_count());
+        if let Some(tube) = self.tube.filter(|t| *t > count) {
+            return Err(ParameterProblem::NoTube(name(), tube, count));
+        }
+        match self.kind {
+            ParameterKind::CentroidOffsetFactor => {}
+            ParameterKind::YoungsModulus | ParameterKind::ShearModulus => {
+                if let Some(tube) = self.tubes(count).find(|tube| design.moduli(*tube).is_none()) {
+                    return Err(ParameterProblem::NoMaterial(name(), tube + 1));
                 }
-                for index in own.tubes(count) {
-                    if own.kind != ParameterKind::CentroidOffsetFactor
-                        && matches!(design.tubes[index], TubeDesign::Stiffness(_))
-                    {
-                        return Err(ParameterProblem::NoMaterial(design.name.clone(), index + 1));
+            }
+            ParameterKind::RestCurvatureFactor => {
+                let curved = |part: &Part| part.rest_curvature.abs() > 0.0;
+                let any = match design {
+                    Design::Robot(_) => false,
+                    Design::Bundle(own) => {
+                        own.tubes[self.tubes(count)].iter().any(|t| t.parts.iter().any(curved))
                     }
+                };
+                if !any {
+                    return Err(ParameterProblem::Straight(name(), self.tube));
                 }
             }
         }
@@ -140,47 +173,69 @@ impl Parameter {
 
     /// Mean of the present values: where a fit starts.
     #[must_use]
-    pub fn present(&self, designs: &[RobotDesign]) -> f64 {
+    pub fn present(&self, designs: &[Design]) -> f64 {
         let mut values = Vec::new();
         for design in designs {
-            for tube in &design.tubes[self.tubes(design.tubes.len())] {
-                values.push(match (self.kind, tube) {
-                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Notched(t)) => t.centroid_offset_factor,
-                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => {
-                        t.centroid_offset_factor
+            for tube in self.tubes(design.tube_count()) {
+                match self.kind {
+                    ParameterKind::CentroidOffsetFactor => {
+                        values.extend(design.bodies(tube).into_iter().map(factor));
                     }
-                    (ParameterKind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus,
-                    (_, TubeDesign::Notched(t)) => t.material.shear_modulus(),
-                    (_, TubeDesign::Stiffness(_)) => f64::NAN,
-                });
+                    ParameterKind::YoungsModulus => values.extend(design.moduli(tube).map(|[e, _]| e)),
+                    ParameterKind::ShearModulus => values.extend(design.moduli(tube).map(|[_, g]| g)),
+                    ParameterKind::RestCurvatureFactor => values.push(1.0),
+                }
             }
         }
         values.iter().sum::<f64>() / values.len() as f64
     }
 
-    /// Sets a value (SI) in a design.
-    pub fn set(&self, design: &mut RobotDesign, value: f64) {
-        let tubes = self.tubes(design.tubes.len());
-        for tube in &mut design.tubes[tubes] {
-            match (self.kind, tube) {
-                (ParameterKind::CentroidOffsetFactor, TubeDesign::Notched(t)) => {
-                    t.centroid_offset_factor = value;
+    /// Sets a value (SI) in a design; the factor on rest curvatures multiplies those that are there. Shafts made of a tube's material follow its moduli.
+    pub fn set(&self, design: &mut Design, value: f64) {
+        for tube in self.tubes(design.tube_count()) {
+            let before = design.moduli(tube);
+            for body in design.bodies_mut(tube) {
+                match (self.kind, body) {
+                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Notched(t)) => {
+                        t.centroid_offset_factor = value;
+                    }
+                    (ParameterKind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => {
+                        t.centroid_offset_factor = value;
+                    }
+                    (ParameterKind::YoungsModulus, TubeDesign::Notched(t)) => {
+                        t.material.youngs_modulus = value;
+                    }
+                    (ParameterKind::ShearModulus, TubeDesign::Notched(t)) => {
+                        t.material.poissons_ratio = t.material.youngs_modulus / (2.0 * value) - 1.0;
+                    }
+                    (ParameterKind::RestCurvatureFactor, _) | (_, TubeDesign::Stiffness(_)) => {}
                 }
-                (ParameterKind::CentroidOffsetFactor, TubeDesign::Stiffness(t)) => {
-                    t.centroid_offset_factor = value;
-                }
-                (ParameterKind::YoungsModulus, TubeDesign::Notched(t)) => t.material.youngs_modulus = value,
-                (ParameterKind::ShearModulus, TubeDesign::Notched(t)) => {
-                    t.material.poissons_ratio = t.material.youngs_modulus / (2.0 * value) - 1.0;
-                }
-                (_, TubeDesign::Stiffness(_)) => {}
+            }
+            let after = design.moduli(tube);
+            let Design::Bundle(own) = design else { continue };
+            let own = &mut own.tubes[tube];
+            if self.kind == ParameterKind::RestCurvatureFactor {
+                own.parts.iter_mut().for_each(|part| part.rest_curvature *= value);
+            }
+            if let (Some(shaft), Some([e, g]), Some([new_e, new_g])) = (&mut own.shaft, before, after)
+                && shaft.of_material
+            {
+                shaft.axial *= new_e / e;
+                shaft.torsional *= new_g / g;
             }
         }
     }
 }
 
+fn factor(body: &TubeDesign) -> f64 {
+    match body {
+        TubeDesign::Notched(t) => t.centroid_offset_factor,
+        TubeDesign::Stiffness(t) => t.centroid_offset_factor,
+    }
+}
+
 /// A design with all parameters at the given values; moduli first, so that a fitted G holds for the fitted E.
-pub(crate) fn apply(design: &RobotDesign, list: &[Parameter], values: &[f64]) -> RobotDesign {
+pub(crate) fn apply(design: &Design, list: &[Parameter], values: &[f64]) -> Design {
     let mut changed = design.clone();
     let both = || list.iter().zip(values);
     for (parameter, value) in both().filter(|(p, _)| p.kind != ParameterKind::ShearModulus) {

@@ -1,10 +1,10 @@
 //! Points in another unit than the table says: farther away than the robot reaches, or all at the baseplate.
 
 use crate::data::Measurement;
+use crate::design::Design;
 use crate::fit::AXES;
 use cppr::Vector3;
 use cppr::analysis::inverse::farthest;
-use cppr::design::RobotDesign;
 
 /// Farther than so many standard deviations beyond the robot's reach no point lies by chance.
 const DEVIATIONS: f64 = 5.0;
@@ -17,13 +17,21 @@ fn measured(m: &Measurement) -> Vector3<f64> {
 }
 
 /// What is wrong with a point that the robot cannot reach.
-pub(crate) fn within_reach(m: &Measurement, design: &RobotDesign) -> Result<(), String> {
-    let RobotDesign { name, length, .. } = design;
+pub(crate) fn within_reach(m: &Measurement, design: &Design) -> Result<(), String> {
     let distance = measured(m).norm();
-    if distance <= farthest(m.at.unwrap_or(*length), *length) + DEVIATIONS * m.sigma {
+    let (length, at) = match design {
+        Design::Robot(own) => (own.length, m.at.unwrap_or(own.length)),
+        // Tubes are advanced, and places on them with them.
+        Design::Bundle(_) => {
+            let length = design.length() - m.pulls.iter().copied().fold(0.0, f64::min);
+            (length, length)
+        }
+    };
+    if distance <= farthest(at, length) + DEVIATIONS * m.sigma {
         return Ok(());
     }
-    let [distance, length] = [distance, *length].map(|v| v * 1e3);
+    let name = design.name();
+    let [distance, length] = [distance, length].map(|v| v * 1e3);
     Err(format!(
         "the point lies {distance:.3} mm from the baseplate, out of reach of {name}, which is {length:.3} mm long. Check the unit \
          and the frame"

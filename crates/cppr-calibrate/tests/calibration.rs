@@ -2,18 +2,23 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::design::{Robot, RobotDesign};
+use cppr::design::Robot;
 use cppr::solve::{Command, Solver};
 use cppr::statics::Loads;
-use cppr_calibrate::{Fit, FitProblem, Measurement, Parameter, fit, fitted_file, read};
+use cppr_calibrate::{Design, Fit, FitProblem, Measurement, Parameter, fit, fitted_file, read};
 use std::fmt::Write;
 
 fn text(name: &str) -> String {
     std::fs::read_to_string(format!("{}/../../robots/{name}.toml", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
-fn design(name: &str) -> RobotDesign {
-    cppr_io::robot_file::parse(&text(name)).unwrap().design
+fn design(name: &str) -> Design {
+    cppr_io::bundle_file::parse_either(&text(name)).unwrap().into()
+}
+
+fn robot(design: Design) -> Robot {
+    let Design::Robot(design) = design else { panic!("{} is a bundle", design.name()) };
+    Robot::from_design(design).unwrap()
 }
 
 struct Noise(u64);
@@ -32,7 +37,7 @@ impl Noise {
     }
 }
 
-fn set(design: &mut RobotDesign, names: &[(&str, f64)]) {
+fn set(design: &mut Design, names: &[(&str, f64)]) {
     for (name, value) in names {
         Parameter::parse(name).unwrap().set(design, *value);
     }
@@ -53,7 +58,7 @@ fn data(
     for name in robots {
         let mut design = design(name);
         set(&mut design, truth);
-        let robot = Robot::from_design(design).unwrap();
+        let robot = robot(design);
         let mut solver = Solver::new(&robot);
         for pull in [-6.0, -3.0, 0.0, 3.0, 6.0] {
             for &load in loads {
@@ -85,8 +90,8 @@ fn parameters(names: &[&str]) -> Vec<Parameter> {
 }
 
 fn fitted(robots: &[&str], csv: &str, names: &[&str]) -> Result<Fit, FitProblem> {
-    let designs: Vec<RobotDesign> = robots.iter().map(|r| design(r)).collect();
-    let rows: Vec<Measurement> = read(csv, 1).unwrap();
+    let designs: Vec<Design> = robots.iter().map(|r| design(r)).collect();
+    let rows: Vec<Measurement> = read(csv, 2).unwrap();
     fit(&designs, &rows, &parameters(names), None)
 }
 
@@ -107,7 +112,7 @@ fn a_far_start_finds_the_same_values() {
     let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus", 4.6e9)];
     let csv = data(&["r1"], &truth, &[0.0, 0.15], &[0.0], 0.0, 1);
     let names = truth.map(|t| t.0);
-    let rows = read(&csv, 1).unwrap();
+    let rows = read(&csv, 2).unwrap();
     for start in [[3.0, 5e10], [0.8, 2e9]] {
         let mut far = design("r1");
         set(&mut far, &[(names[0], start[0]), (names[1], start[1])]);
@@ -154,7 +159,7 @@ fn shapes_and_directions_give_the_values_too() {
     let truth = [("centroid_offset_factor", 1.21), ("youngs_modulus@1", 4.6e9), ("shear_modulus@2", 1.7e9)];
     let mut truly = design("r1");
     set(&mut truly, &truth);
-    let robot = Robot::from_design(truly).unwrap();
+    let robot = robot(truly);
     let mut solver = Solver::new(&robot);
     let head = "pull2_mm,rotate2_deg,tip_force_y_N,tip_force_z_N,at_mm,line,x_mm,y_mm,z_mm,\
                 direction_x,direction_y,direction_z,sigma_mm,sigma_deg\n";
@@ -205,7 +210,7 @@ fn what_the_data_cannot_see_is_refused_with_the_reason() {
 /// Directions of the tip only: they turn by Δa over the sum of the offsets.
 fn unloaded_of_one() -> String {
     let mut csv = String::from("pull2_mm,direction_x,direction_y,direction_z,sigma_deg\n");
-    let robot = Robot::from_design(design("r1")).unwrap();
+    let robot = robot(design("r1"));
     let sum: f64 = (0..2).map(|t| robot.fields_at(t, 0.0).centroid_offset).sum();
     for (i, pull) in [1.0, 2.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
         let angle: f64 = -pull * 1e-3 / sum + 1e-3 * (f64::from(u8::try_from(i).unwrap()) - 2.0);
@@ -239,7 +244,7 @@ fn fitted_values_go_into_the_file_and_nothing_else_changes() {
     let changed: Vec<(&str, &str)> = before.lines().zip(after.lines()).filter(|(a, b)| a != b).collect();
     assert_eq!(before.lines().count(), after.lines().count());
     assert_eq!(changed.len(), 2, "{changed:?}");
-    let again = cppr_io::robot_file::parse(&after).unwrap().design;
+    let again = Design::from(cppr_io::bundle_file::parse_either(&after).unwrap());
     assert!(
         (Parameter::parse("youngs_modulus").unwrap().present(std::slice::from_ref(&again)) / 4.6e9 - 1.0)
             .abs()
@@ -258,7 +263,8 @@ fn fitted_values_go_into_the_file_and_nothing_else_changes() {
             estimate
         })
         .collect();
-    let design = cppr_io::robot_file::parse(&fitted_file(&before, &estimates).unwrap()).unwrap().design;
+    let design =
+        Design::from(cppr_io::bundle_file::parse_either(&fitted_file(&before, &estimates).unwrap()).unwrap());
     for (name, value) in list {
         let got = Parameter::parse(name).unwrap().present(std::slice::from_ref(&design));
         assert!((got / value - 1.0).abs() < 1e-6, "{name}: {got}");
@@ -268,11 +274,11 @@ fn fitted_values_go_into_the_file_and_nothing_else_changes() {
 #[test]
 fn wrong_files_are_refused_line_by_line() {
     let problems =
-        |csv: &str| read(csv, 1).unwrap_err().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+        |csv: &str| read(csv, 2).unwrap_err().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(problems("").contains("nothing is measured"));
     assert!(problems("pull2_mm,x_mm\n").contains("no measurements"));
     assert!(problems("pull_mm,x_mm\n1,2\n").contains("there is no column pull_mm"));
-    assert!(problems("pull3_mm,x_mm\n1,2\n").contains("followers 2 to 2"));
+    assert!(problems("pull3_mm,x_mm\n1,2\n").contains("tubes 1 to 2"));
     let both = problems("pull2_mm,x_mm,line\n1,nan,centre\n1,2,tube0\n1,,centre\n1,2\n");
     for part in ["line 2: x_mm: nan", "line 3: line is centre or", "line 4: nothing is measured", "line 5"] {
         assert!(both.contains(part), "{part} is missing in\n{both}");
@@ -288,6 +294,8 @@ fn wrong_files_are_refused_line_by_line() {
     fails("robot,x_mm\nR9,1\n", &["r1"], &one, "there is no robot R9; there are R1");
     fails("x_mm\n1\n", &["r1", "r2"], &one, "the column robot is needed");
     fails("x_mm\n150\n", &["r1"], &one, "cannot determine 1 parameters");
+    fails("pull1_mm,x_mm\n1,150\n", &["r1"], &one, "stands still");
+    fails("x_mm,y_mm\n150,0\n", &["r1"], &["rest_curvature_factor"], "straight when free");
     fails("at_mm,x_mm,y_mm\n200,1,1\n", &["r1"], &one, "reaches from 0 to 150 mm");
     fails("x_mm,y_mm\n150,0\n", &["childs2"], &["youngs_modulus"], "has no modulus to fit");
     fails("x_mm,y_mm\n150,0\n", &["r1"], &["shear_modulus@3"], "tubes 1 to 2, not 3");

@@ -1,10 +1,12 @@
 //! `cppr calibrate`: parameters from measurements.
 
 use crate::Failure;
-use crate::command::read_robot;
+use crate::command::{build, described, unsound};
 use crate::figure;
 use crate::output::{check, print, write, write_or_print};
-use cppr_calibrate::{Fit, FitProblem, Parameter, fit, fitted_file, read};
+use cppr::bundle::Bundle;
+use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
+use cppr_io::bundle_file::Described;
 use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
 use std::fmt::Write;
 use std::fs;
@@ -15,8 +17,9 @@ pub const EXAMPLES: &str = "\
 Examples:
   cppr calibrate robots/r1.toml robots/r2.toml --data examples/calibration/measured.csv --fit centroid_offset_factor,youngs_modulus
   cppr calibrate robots/r1.toml --data examples/calibration/r1.csv --fit centroid_offset_factor --output fitted --plot residuals.svg
+  cppr calibrate robots/bundles/concentric3.toml --data examples/calibration/concentric3.csv --fit rest_curvature_factor,shear_modulus
 
-Parameters: centroid_offset_factor, youngs_modulus, shear_modulus; with @K for tube K alone. All robots share them.
+Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor; with @K for tube K alone. All robots share them.
 The table: one row per measured point, columns robot, pull2_mm, rotate2_deg, tip_force_y_N, x_mm, y_mm, z_mm, sigma_mm, ...
 (docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";
 
@@ -54,13 +57,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let list = list.map_err(|e| Failure::Input(format!("--fit: {e}")))?;
     let mut designs = Vec::new();
     for path in &args.robots {
-        designs.push(read_robot(path)?.0.design);
+        let described = described(path)?;
+        match &described {
+            Described::Robot(file) => drop(build(file, path)?),
+            Described::Bundle(design) => {
+                drop(Bundle::new(design).map_err(|problems| unsound(path, &problems))?);
+            }
+        }
+        designs.push(Design::from(described));
     }
     let shown = args.data.display();
     let text = fs::read_to_string(&args.data)
         .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
-    let followers = designs.iter().map(|d| d.tubes.len() - 1).max().unwrap_or(0);
-    let rows = read(&text, followers).map_err(|problems| {
+    let tubes = designs.iter().map(Design::tube_count).max().unwrap_or(0);
+    let rows = read(&text, tubes).map_err(|problems| {
         let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
         Failure::Input(lines.join("\n"))
     })?;

@@ -71,8 +71,12 @@ fn what_cannot_be_asked_is_said() {
 #[test]
 fn other_commands_say_what_takes_such_a_robot() {
     refused(
+        &["section", S],
+        "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `calibrate`, `continue`, `export` and `view` take it",
+    );
+    refused(
         &["calibrate", S, "--data", "examples/calibration/r1.csv", "--fit", "youngs_modulus"],
-        "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `continue`, `export` and `view` take it",
+        "has no modulus to fit",
     );
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");

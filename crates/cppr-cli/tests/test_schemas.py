@@ -47,7 +47,10 @@ COMMANDS = {
     "derivatives": [
         "robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm"
     ],
-    "calibrate": ["robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor"],
+    "calibrate": [
+        "robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor",
+        "robots/bundles/concentric3.toml --data examples/calibration/concentric3.csv --fit rest_curvature_factor",
+    ],
     "section": ["robots/r3.toml --samples 3", "robots/childs3.toml --samples 2"],
     "cell": ["robots/r1.toml --tube 1 --corner-radius 1mm"],
     "check": ["robots/r3.toml robots/helicoid.toml robots/bundles/hybrid.toml {folder}/wrong.toml {folder}/missing.toml"],

@@ -340,7 +340,7 @@ fn read_shaft(
     if springs {
         let axial = cursor.number("axial_N_mm", &AXIAL_SPRING, out);
         let torsional = cursor.number("torsional_Nmm_deg", &TORSION_SPRING, out);
-        return Some(Shaft { axial: axial?, torsional: torsional? });
+        return Some(Shaft { axial: axial?, torsional: torsional?, of_material: false });
     }
     let length = cursor.number("length_mm", &LENGTH, out)?;
     let (outline, material) = section?;
@@ -348,6 +348,7 @@ fn read_shaft(
         Ok(uncut) => Some(Shaft {
             axial: material.youngs_modulus * uncut.area / length,
             torsional: material.shear_modulus() * uncut.torsion_constant / length,
+            of_material: true,
         }),
         Err(error) => {
             out.wrong(cursor.span(), cursor.path(""), error.to_string(), "");

@@ -148,7 +148,7 @@ pub fn parse(text: &str) -> Result<RobotFile, Problems> {
             Err(Problems::of_file(
                 "the file has joints, parts, shafts, metal that softens, teeth in contact, or tubes with a length or a rest \
                  curvature of their own, which this command does not take yet",
-                "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `continue`, `export` and `view` take it; in Python \
+                "`cppr solve`, `check`, `sweep`, `derivatives`, `limits`, `reach`, `match`, `sense`, `calibrate`, `continue`, `export` and `view` take it; in Python \
                  cppr.Bundle does.",
             ))
         } else {

@@ -23,11 +23,11 @@ const MOST: f64 = 1e5;
 #[pyclass(frozen, module = "cppr")]
 pub struct Bundle {
     bundle: Arc<cppr::bundle::Bundle>,
-    design: BundleDesign,
+    pub design: BundleDesign,
 }
 
 impl Bundle {
-    fn build(py: Python<'_>, design: BundleDesign) -> PyResult<Self> {
+    pub fn build(py: Python<'_>, design: BundleDesign) -> PyResult<Self> {
         let bundle = py
             .detach(|| cppr::bundle::Bundle::new(&design))
             .map_err(|problems| errors::design(py, &problems.0))?;

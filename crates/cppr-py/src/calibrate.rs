@@ -1,18 +1,26 @@
 //! Calibration: `cppr_calibrate` on robots and a table of measurements.
 
+use crate::bundle::Bundle;
 use crate::errors;
 use crate::robot::Robot;
 use crate::watch::stoppable;
-use cppr_calibrate::{Parameter, fit, read};
+use cppr_calibrate::{Design, Parameter, fit, read};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
+
+/// A robot of either kind.
+#[derive(FromPyObject)]
+pub enum Subject<'py> {
+    Robot(PyRef<'py, Robot>),
+    Bundle(PyRef<'py, Bundle>),
+}
 
 /// Fits parameters; the result's fields by name.
 #[pyfunction]
 pub fn calibrate<'py>(
     py: Python<'py>,
-    robots: Vec<PyRef<'py, Robot>>,
+    robots: Vec<Subject<'py>>,
     table: &str,
     parameters: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -22,17 +30,26 @@ pub fn calibrate<'py>(
         .map(|text| Parameter::parse(text))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|problem| refuse(problem.to_string()))?;
-    let followers = robots.iter().map(|r| r.shared.robot.follower_count()).max().unwrap_or(0);
-    let measurements = read(table, followers).map_err(|problems| {
+    let designs: Vec<Design> = robots
+        .iter()
+        .map(|robot| match robot {
+            Subject::Robot(robot) => robot.shared.robot.design().clone().into(),
+            Subject::Bundle(bundle) => bundle.design.clone().into(),
+        })
+        .collect();
+    let tubes = designs.iter().map(Design::tube_count).max().unwrap_or(0);
+    let measurements = read(table, tubes).map_err(|problems| {
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
-    let designs: Vec<_> = robots.iter().map(|r| r.shared.robot.design().clone()).collect();
     let found = stoppable(py, |stop| fit(&designs, &measurements, &list, Some(Arc::clone(stop))))?;
     let found = found.map_err(|problem| refuse(problem.to_string()))?;
     let fitted = found
         .designs
         .iter()
-        .map(|design| Py::new(py, Robot::build(py, design.clone())?))
+        .map(|design| match design.clone() {
+            Design::Robot(design) => Py::new(py, Robot::build(py, design)?).map(Py::into_any),
+            Design::Bundle(design) => Py::new(py, Bundle::build(py, design)?).map(Py::into_any),
+        })
         .collect::<PyResult<Vec<_>>>()?;
     let result = PyDict::new(py);
     let each =

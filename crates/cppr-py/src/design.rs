@@ -131,7 +131,7 @@ impl<'py> Reader<'py> {
                 }
                 PyResult::Ok(value)
             };
-            Some(Shaft { axial: stiffness("axial")?, torsional: stiffness("torsional")? })
+            Some(Shaft { axial: stiffness("axial")?, torsional: stiffness("torsional")?, of_material: false })
         } else {
             return Err(errors::wrong_type(&format!("the shaft of {own}"), "a Shaft", &shaft));
         };

@@ -35,7 +35,7 @@ class Residual(NamedTuple):
 class Calibration:
     """Fitted parameters; p of them."""
 
-    robots: tuple[_cppr.Robot, ...]
+    robots: tuple[_cppr.Robot | _cppr.Bundle, ...]
     """The robots with the fitted parameters."""
     parameters: tuple[str, ...]
     """Names, as asked for."""
@@ -70,7 +70,7 @@ class Calibration:
 
 
 def calibrate(
-    robots: _cppr.Robot | Iterable[_cppr.Robot],
+    robots: _cppr.Robot | _cppr.Bundle | Iterable[_cppr.Robot | _cppr.Bundle],
     data: Union[str, os.PathLike[str], pd.DataFrame],
     fit: Sequence[str] = ("centroid_offset_factor", "youngs_modulus"),
 ) -> Calibration:
@@ -78,11 +78,11 @@ def calibrate(
 
     `data` is the path of a CSV table or a pandas.DataFrame with its columns, whose names carry their units: robot,
     pull2_mm, rotate2_deg, tip_force_y_N, x_mm, y_mm, z_mm, sigma_mm, ... (the book's page on calibration has all).
-    `fit` names parameters: centroid_offset_factor, youngs_modulus, shear_modulus, with ``@2`` for tube 2 alone.
+    `fit` names parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor, with ``@2`` for tube 2 alone.
 
     Raises `CalibrationError` for wrong data and for parameters that the data cannot determine.
     """
-    if isinstance(robots, _cppr.Robot):
+    if isinstance(robots, (_cppr.Robot, _cppr.Bundle)):
         robots = (robots,)
     if isinstance(data, (str, os.PathLike)):
         with open(data, encoding="utf-8") as file:

@@ -315,14 +315,7 @@ impl Model for BundleAnalysis<'_> {
                 return [found.tip, found.frame.column(0).into()];
             };
             let way = b.length - a.length;
-            let t = if way > 0.0 { ((label - a.length) / way).clamp(0.0, 1.0) } else { 0.0 };
-            let [p, q] = [a, b].map(|s| Vector3::from(s.frame.column(0)) * way);
-            // Hermite's cubic.
-            let centre = a.centre * ((1.0 + 2.0 * t) * (1.0 - t).powi(2))
-                + b.centre * (t * t * (3.0 - 2.0 * t))
-                + p * (t * (1.0 - t).powi(2))
-                - q * (t * t * (1.0 - t));
-            [centre, (p * (1.0 - t) + q * t).try_normalize(0.0).unwrap_or(p)]
+            a.towards(b, if way > 0.0 { ((label - a.length) / way).clamp(0.0, 1.0) } else { 0.0 })
         };
         labels.iter().map(|label| place(*label)).collect()
     }

@@ -44,6 +44,8 @@ pub struct Shaft {
     pub axial: f64,
     /// Torsional stiffness (N m/rad).
     pub torsional: f64,
+    /// Are both those of an uncut length of the tube, EA/ℓ and GJ/ℓ, so that they follow its moduli?
+    pub of_material: bool,
 }
 
 /// One tube of a bundle.

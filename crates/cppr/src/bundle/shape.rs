@@ -44,6 +44,33 @@ pub struct BundleSection {
     pub tubes: Vec<TubeSection>,
 }
 
+impl BundleSection {
+    /// A tube (index from 0) where it is at this section.
+    #[must_use]
+    pub fn tube(&self, tube: usize) -> Option<&TubeSection> {
+        self.tubes.iter().find(|own| own.tube == tube)
+    }
+
+    /// The centroid of a tube at this section, from the centre (m).
+    #[must_use]
+    pub fn offset(&self, tube: &TubeSection) -> Vector3<f64> {
+        let (sin, cos) = tube.angle.sin_cos();
+        (self.frame.column(1) * cos + self.frame.column(2) * sin) * tube.centroid_offset
+    }
+
+    /// Centre (m) and tangent at a part of the way to the next section, by Hermite's cubic.
+    #[must_use]
+    pub fn towards(&self, next: &Self, share: f64) -> [Vector3<f64>; 2] {
+        let (t, way) = (share, next.length - self.length);
+        let [p, q] = [self, next].map(|s| Vector3::from(s.frame.column(0)) * way);
+        let centre = self.centre * ((1.0 + 2.0 * t) * (1.0 - t).powi(2))
+            + next.centre * (t * t * (3.0 - 2.0 * t))
+            + p * (t * (1.0 - t).powi(2))
+            - q * (t * t * (1.0 - t));
+        [centre, (p * (1.0 - t) + q * t).try_normalize(0.0).unwrap_or_else(|| self.frame.column(0).into())]
+    }
+}
+
 impl BundleSolver<'_> {
     /// Sections of an equilibrium at most `spacing` (m) apart: at the plate, on both sides of every place where something changes,
     /// and at the last tip.

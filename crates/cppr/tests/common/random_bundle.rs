@@ -41,7 +41,7 @@ pub fn random_bundle(seed: u64) -> (BundleDesign, BundleCommand) {
             outer = inner * random.between(0.8, 0.97);
             let shaft = chance(random, 0.15).then(|| {
                 let soft = modulus * (outer * outer - inner * inner).abs() * decade(random, 1.0, 20.0);
-                Shaft { axial: soft / longest, torsional: soft * outer * outer / longest }
+                Shaft { axial: soft / longest, torsional: soft * outer * outer / longest, of_material: false }
             });
             TubeParts { parts, shaft }
         })
