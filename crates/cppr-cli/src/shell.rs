@@ -54,5 +54,20 @@ pub fn man(args: &ManArgs) -> Result<(), Failure> {
     std::fs::create_dir_all(&args.output).map_err(failed)?;
     let command = Cli::command().disable_help_subcommand(true);
     clap_mangen::generate_to(command, &args.output).map_err(failed)?;
+    for page in std::fs::read_dir(&args.output).map_err(failed)? {
+        let path = page.map_err(failed)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with("cppr") && name.ends_with(".1") {
+            let text = std::fs::read_to_string(&path).map_err(failed)?;
+            std::fs::write(&path, as_written(&text)).map_err(failed)?;
+        }
+    }
     print(&format!("{}: manual pages, cppr.1 first\n", args.output.display()))
+}
+
+/// The page with its examples line by line, as `--help` shows them, and under their name: what they are made of is filled into paragraphs otherwise.
+fn as_written(page: &str) -> String {
+    let Some((before, examples)) = page.split_once(".SH EXTRA\n") else { return page.to_owned() };
+    let (examples, after) = examples.split_at(examples.find("\n.SH ").map_or(examples.len(), |at| at + 1));
+    format!("{before}.SH EXAMPLES\n.nf\n{}\n.fi\n{after}", examples.trim_end())
 }

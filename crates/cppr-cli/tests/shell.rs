@@ -164,9 +164,10 @@ fn every_sub_command_has_a_manual_page() {
     for task in list.filter_map(|l| l.split_whitespace().next()).filter(|t| *t != "help") {
         let own = page(&format!("cppr-{task}.1"));
         assert!(
-            own.starts_with(".ie") && own.contains(".SH SYNOPSIS") && own.contains("Examples:"),
+            own.starts_with(".ie") && own.contains(".SH SYNOPSIS") && own.contains(".SH EXAMPLES\n.nf\n"),
             "{task}"
         );
+        assert!(own.contains("Examples:") && own.contains("\n.fi\n") && !own.contains("EXTRA"), "{task}");
         assert!(all.contains(&format!("cppr\\-{task}(1)")), "{task} is not in cppr.1");
     }
 }
