@@ -81,8 +81,8 @@ impl FreeArgs {
         analysis: &mut BundleAnalysis,
         command: &BundleCommand,
     ) -> Result<Vec<FreeInput>, Failure> {
-        let joined = !analysis.design().joints.is_empty();
-        let moves = |input: &Input| input.tube > 1 || !joined || self.bounds_of(*input).is_some();
+        let choosable = analysis.choosable(command);
+        let moves = |input: &Input| choosable.contains(input) || self.bounds_of(*input).is_some();
         let inputs = command.inputs().into_iter().filter(moves).collect();
         self.within(args, inputs, || {
             let ranges = analysis.safe_ranges(command, Teeth::Rigid);

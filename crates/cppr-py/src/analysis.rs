@@ -1,17 +1,26 @@
 //! What an equilibrium tells: limits of its notches, safe ranges of its actuators, the path that it lies on.
 
 use crate::arrays::{line, table};
+use crate::bundle::{self, BundleEquilibrium};
 use crate::command::{Asked, Drives};
 use crate::design::pick;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
-use cppr::analysis::continuation::{Branch, End, Family, PointKind, Tracing};
+use cppr::analysis::continuation::{Branch, End, Family, FamilyProblem, PointKind, Tracing};
 use cppr::analysis::{Bound as Why, Governing, Limit, Place, RangeEnd, SectionLimit, Teeth, governing};
+use cppr::bundle::BundleFamily;
 use cppr::solve::Input;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use std::sync::Arc;
+
+/// An equilibrium of a robot of either kind.
+#[derive(FromPyObject)]
+pub enum Either<'py> {
+    Robot(PyRef<'py, Equilibrium>),
+    Bundle(PyRef<'py, BundleEquilibrium>),
+}
 
 /// ("pull", 2) and its like.
 pub fn input(input: &Input) -> (&'static str, usize) {
@@ -52,19 +61,23 @@ fn nearest<'py>(py: Python<'py>, found: Option<&Governing>) -> PyResult<Option<B
 
 /// Sections and the nearest limit.
 #[pyfunction]
-pub fn limits<'py>(
-    py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
-    teeth: &str,
-) -> PyResult<Bound<'py, PyTuple>> {
+pub fn limits<'py>(py: Python<'py>, equilibrium: Either<'py>, teeth: &str) -> PyResult<Bound<'py, PyTuple>> {
     let teeth = self::teeth(py, teeth)?;
-    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let (sections, margin) = py.detach(|| {
-        shared.with(|solver| {
-            let sections = solver.section_limits(found, teeth);
-            (sections, solver.stability(found).map(|s| s.margin))
-        })
-    });
+    let (sections, margin) = match &equilibrium {
+        Either::Robot(own) => {
+            let (shared, found) = (&own.shared, &own.found);
+            py.detach(|| {
+                shared.with(|solver| {
+                    let sections = solver.section_limits(found, teeth);
+                    (sections, solver.stability(found).map(|s| s.margin))
+                })
+            })
+        }
+        Either::Bundle(own) => {
+            let found = &own.found;
+            (own.analysed(py, |a| a.section_limits(found, teeth))?, None)
+        }
+    };
     let list = sections.iter().map(|s| section(py, s)).collect::<PyResult<Vec<_>>>()?;
     (list, nearest(py, governing(&sections, margin).as_ref())?).into_pyobject(py)
 }
@@ -80,14 +93,18 @@ fn end<'py>(py: Python<'py>, end: &RangeEnd) -> PyResult<Bound<'py, PyTuple>> {
 
 /// The fields of `SafeRange`, one list per input.
 #[pyfunction]
-pub fn ranges<'py>(
-    py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
-    teeth: &str,
-) -> PyResult<Bound<'py, PyList>> {
+pub fn ranges<'py>(py: Python<'py>, equilibrium: Either<'py>, teeth: &str) -> PyResult<Bound<'py, PyList>> {
     let teeth = self::teeth(py, teeth)?;
-    let (_shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let ranges = analysed(py, found, |w| w.safe_ranges(found.command(), teeth))?;
+    let ranges = match &equilibrium {
+        Either::Robot(own) => {
+            let found = &own.found;
+            analysed(py, found, |w| w.safe_ranges(found.command(), teeth))?
+        }
+        Either::Bundle(own) => {
+            let command = own.found.command();
+            own.analysed(py, |a| a.safe_ranges(command, teeth))?
+        }
+    };
     let ranges = ranges.map_err(|problem| errors::command(py, problem))?;
     let list = ranges.iter().map(|r| {
         let (means, tube) = input(&r.input);
@@ -98,14 +115,18 @@ pub fn ranges<'py>(
 
 /// The fields of `RangeEnd`.
 #[pyfunction]
-pub fn part<'py>(
-    py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
-    teeth: &str,
-) -> PyResult<Bound<'py, PyTuple>> {
+pub fn part<'py>(py: Python<'py>, equilibrium: Either<'py>, teeth: &str) -> PyResult<Bound<'py, PyTuple>> {
     let teeth = self::teeth(py, teeth)?;
-    let (_shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let part = analysed(py, found, |w| w.safe_part(found.command(), teeth))?;
+    let part = match &equilibrium {
+        Either::Robot(own) => {
+            let found = &own.found;
+            analysed(py, found, |w| w.safe_part(found.command(), teeth))?
+        }
+        Either::Bundle(own) => {
+            let command = own.found.command();
+            own.analysed(py, |a| a.safe_part(command, teeth))?
+        }
+    };
     end(py, &part.map_err(|problem| errors::command(py, problem))?)
 }
 
@@ -113,37 +134,64 @@ pub fn part<'py>(
 #[pyfunction]
 pub fn trace<'py>(
     py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
+    equilibrium: Either<'py>,
     drives: Drives<'py>,
     load_factor: Option<f64>,
     step: f64,
     points: usize,
     depth: usize,
 ) -> PyResult<Bound<'py, PyList>> {
-    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    let first = found.command().clone();
-    let mut last = first.clone();
-    Asked { drives: drives.each_ref().map(Option::as_ref), ..Asked::default() }
-        .put(&shared.robot, &mut last)?;
-    let family = match load_factor {
-        None => Family::between(first, last),
-        Some(_) if last != first => {
-            return Err(errors::command(py, "give actuator values or load_factor, not both"));
-        }
-        Some(factor) => Family::load(first, 1.0, factor),
-    };
     let tracing = Tracing { step, points, depth, ..Tracing::default() };
-    let family = family.map_err(|problem| errors::command(py, problem))?;
-    let branches = analysed(py, found, |w| w.trace_from(&family, &tracing, found))?;
-    let branches = branches.map_err(|problem| errors::command(py, problem))?;
-    PyList::new(py, branches.into_iter().map(|b| branch(py, &equilibrium, b)).collect::<PyResult<Vec<_>>>()?)
+    let refused = |problem: FamilyProblem| errors::command(py, problem);
+    match &equilibrium {
+        Either::Robot(own) => {
+            let (shared, found) = (&own.shared, &own.found);
+            let first = found.command().clone();
+            let mut last = first.clone();
+            Asked { drives: drives.each_ref().map(Option::as_ref), ..Asked::default() }
+                .put(&shared.robot, &mut last)?;
+            let family = match load_factor {
+                None => Family::between(first, last),
+                Some(_) if last != first => return Err(errors::command(py, BOTH)),
+                Some(factor) => Family::load(first, 1.0, factor),
+            };
+            let family = family.map_err(refused)?;
+            let branches =
+                analysed(py, found, |w| w.trace_from(&family, &tracing, found))?.map_err(refused)?;
+            told(py, branches, |e| Py::new(py, Equilibrium::new(Arc::clone(shared), e)).map(Py::into_any))
+        }
+        Either::Bundle(own) => {
+            let found = &own.found;
+            let first = found.command().clone();
+            let mut last = first.drives.clone();
+            bundle::put(py, &mut last, &drives)?;
+            let family = match load_factor {
+                None => BundleFamily::between(first, last),
+                Some(_) if last != first.drives => return Err(errors::command(py, BOTH)),
+                Some(factor) => BundleFamily::load(first, 1.0, factor),
+            };
+            let family = family.map_err(refused)?;
+            let branches = own.analysed(py, |a| a.solver.trace_from(&family, &tracing, found))?;
+            told(py, branches, |e| Py::new(py, own.other(e)).map(Py::into_any))
+        }
+    }
 }
 
-fn branch<'py>(
-    py: Python<'py>,
-    of: &PyRef<'py, Equilibrium>,
-    branch: Branch,
-) -> PyResult<Bound<'py, PyDict>> {
+const BOTH: &str = "give actuator values or load_factor, not both";
+
+fn told<E>(
+    py: Python<'_>,
+    branches: Vec<Branch<E>>,
+    wrap: impl Fn(E) -> PyResult<Py<PyAny>>,
+) -> PyResult<Bound<'_, PyList>> {
+    PyList::new(py, branches.into_iter().map(|b| branch(py, b, &wrap)).collect::<PyResult<Vec<_>>>()?)
+}
+
+fn branch<E>(
+    py: Python<'_>,
+    branch: Branch<E>,
+    wrap: impl Fn(E) -> PyResult<Py<PyAny>>,
+) -> PyResult<Bound<'_, PyDict>> {
     let points = &branch.points;
     let own = PyDict::new(py);
     let kinds = points.iter().map(|p| match p.kind {
@@ -165,11 +213,7 @@ fn branch<'py>(
     own.set_item("reached", branch.end == End::Last)?;
     own.set_item("end", branch.end.to_string())?;
     own.set_item("origin", branch.origin.map(|o| (o.branch, o.point, o.mode, o.along)))?;
-    let equilibria = branch
-        .points
-        .into_iter()
-        .map(|p| Py::new(py, Equilibrium::new(Arc::clone(&of.shared), p.equilibrium)))
-        .collect::<PyResult<Vec<_>>>()?;
+    let equilibria = branch.points.into_iter().map(|p| wrap(p.equilibrium)).collect::<PyResult<Vec<_>>>()?;
     own.set_item("equilibria", PyTuple::new(py, equilibria)?)?;
     Ok(own)
 }

@@ -1,9 +1,12 @@
 //! The classes `Bundle` and `BundleEquilibrium`: robots with parts, joints, free tips and curved tubes.
 
+use crate::analysis;
 use crate::arrays::{dynamic, line, matrix, number, table, vector};
 use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
 use crate::design::Reader;
 use crate::errors;
+use crate::watch::stoppable;
+use cppr::analysis::{BundleAnalysis, Sensitivity};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort};
 use cppr::bundle::{BundleDesign, BundleSection};
 use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
@@ -12,7 +15,7 @@ use cppr_io::bundle_file;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,7 +26,7 @@ const MOST: f64 = 1e5;
 #[pyclass(frozen, module = "cppr")]
 pub struct Bundle {
     bundle: Arc<cppr::bundle::Bundle>,
-    pub design: BundleDesign,
+    pub design: Arc<BundleDesign>,
 }
 
 impl Bundle {
@@ -31,7 +34,7 @@ impl Bundle {
         let bundle = py
             .detach(|| cppr::bundle::Bundle::new(&design))
             .map_err(|problems| errors::design(py, &problems.0))?;
-        Ok(Self { bundle: Arc::new(bundle), design })
+        Ok(Self { bundle: Arc::new(bundle), design: Arc::new(design) })
     }
 }
 
@@ -93,7 +96,8 @@ impl Bundle {
         start: Option<PyRef<'_, BundleEquilibrium>>,
         stretch: bool,
     ) -> PyResult<BundleEquilibrium> {
-        let drives = self.drives(py, [pull, rotate, tension, torque])?;
+        let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
+        put(py, &mut drives, &[pull, rotate, tension, torque])?;
         let mut all = Loads::none();
         if tip_force.is_some() || tip_moment.is_some() {
             let read = |what, value: Option<&Bound<'_, PyAny>>| {
@@ -142,8 +146,7 @@ impl Bundle {
         }
         Ok(BundleEquilibrium {
             bundle: Arc::clone(&self.bundle),
-            name: self.design.name.clone(),
-            joints: self.design.joints.clone(),
+            design: Arc::clone(&self.design),
             found,
             stretch,
         })
@@ -155,60 +158,91 @@ impl Bundle {
     }
 }
 
-impl Bundle {
-    /// What the keywords `pull`, `rotate`, `tension`, `torque` say; the rest is held.
-    fn drives(&self, py: Python<'_>, keywords: [Option<Bound<'_, PyAny>>; 4]) -> PyResult<Vec<TubeDrive>> {
-        let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
-        let mut given: Vec<Input> = Vec::new();
-        let mut set = |quantity: Quantity, tube: usize, value: f64| -> PyResult<()> {
-            let input = quantity.of_tube(tube);
-            let refuse = |problem: &dyn std::fmt::Display| {
-                errors::command(py, format!("{}: {problem}", quantity.keyword))
-            };
-            if !value.is_finite() {
-                return Err(refuse(&format!("{value} is no finite number")));
-            }
-            if let Some(&earlier) = given.iter().find(|own| own.is_same_freedom(input)) {
-                return Err(refuse(&CommandProblem::Twice { earlier, later: input }));
-            }
-            let count = drives.len();
-            let Some(own) = tube.checked_sub(1).and_then(|index| drives.get_mut(index)) else {
-                return Err(refuse(&format!("there is no such tube; this robot has tubes 1 to {count}")));
-            };
-            given.push(input);
-            *(match input.freedom {
-                Freedom::PushPull => &mut own.translation,
-                Freedom::Rotation => &mut own.rotation,
-            }) = input.prescribed(value);
-            full_turns(quantity, value).map_or(Ok(()), |text| errors::warn(py, "UnitWarning", &text))
-        };
-        for (quantity, value) in KEYWORDS.into_iter().zip(keywords) {
-            let Some(value) = value else { continue };
-            if let Ok(tubes) = value.cast::<PyDict>() {
-                for (tube, value) in tubes {
-                    set(quantity, tube_number(quantity, &tube)?, number(quantity.keyword, &value)?)?;
-                }
-            } else {
-                set(quantity, 2, number(quantity.keyword, &value)?)?;
-            }
+/// Puts what the keywords `pull`, `rotate`, `tension`, `torque` say into the drives of all tubes; the rest stays.
+pub fn put(
+    py: Python<'_>,
+    drives: &mut [TubeDrive],
+    keywords: &[Option<Bound<'_, PyAny>>; 4],
+) -> PyResult<()> {
+    let mut given: Vec<Input> = Vec::new();
+    let mut set = |quantity: Quantity, tube: usize, value: f64| -> PyResult<()> {
+        let input = quantity.of_tube(tube);
+        let refuse =
+            |problem: &dyn std::fmt::Display| errors::command(py, format!("{}: {problem}", quantity.keyword));
+        if !value.is_finite() {
+            return Err(refuse(&format!("{value} is no finite number")));
         }
-        Ok(drives)
+        if let Some(&earlier) = given.iter().find(|own| own.is_same_freedom(input)) {
+            return Err(refuse(&CommandProblem::Twice { earlier, later: input }));
+        }
+        let count = drives.len();
+        let Some(own) = tube.checked_sub(1).and_then(|index| drives.get_mut(index)) else {
+            return Err(refuse(&format!("there is no such tube; this robot has tubes 1 to {count}")));
+        };
+        given.push(input);
+        *(match input.freedom {
+            Freedom::PushPull => &mut own.translation,
+            Freedom::Rotation => &mut own.rotation,
+        }) = input.prescribed(value);
+        full_turns(quantity, value).map_or(Ok(()), |text| errors::warn(py, "UnitWarning", &text))
+    };
+    for (quantity, value) in KEYWORDS.into_iter().zip(keywords) {
+        let Some(value) = value else { continue };
+        if let Ok(tubes) = value.cast::<PyDict>() {
+            for (tube, value) in tubes {
+                set(quantity, tube_number(quantity, &tube)?, number(quantity.keyword, &value)?)?;
+            }
+        } else {
+            set(quantity, 2, number(quantity.keyword, value)?)?;
+        }
     }
+    Ok(())
 }
 
 /// A bundle under a command.
 #[pyclass(frozen, module = "cppr")]
 pub struct BundleEquilibrium {
     bundle: Arc<cppr::bundle::Bundle>,
-    name: String,
-    joints: Vec<Vec<(usize, f64)>>,
-    found: Found,
+    design: Arc<BundleDesign>,
+    pub found: Found,
     stretch: bool,
 }
 
 impl BundleEquilibrium {
     fn with<R>(&self, run: impl FnOnce(&BundleSolver<'_>) -> R) -> R {
         run(&BundleSolver::new(&self.bundle).with_stretch(self.stretch))
+    }
+
+    /// Another equilibrium of the same robot.
+    pub fn other(&self, found: Found) -> Self {
+        Self {
+            bundle: Arc::clone(&self.bundle),
+            design: Arc::clone(&self.design),
+            found,
+            stretch: self.stretch,
+        }
+    }
+
+    /// Runs one long analysis, which ends where it is told to stop.
+    pub fn analysed<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut BundleAnalysis<'_>) -> R + Send,
+    ) -> PyResult<R> {
+        stoppable(py, |stop| {
+            let solver = BundleSolver::new(&self.bundle).with_stretch(self.stretch);
+            let mut analysis = BundleAnalysis::new(solver, &self.design);
+            analysis.stop_by(Some(Arc::clone(stop)));
+            work(&mut analysis)
+        })
+    }
+
+    fn derivatives(&self, py: Python<'_>) -> PyResult<Sensitivity> {
+        let found = py.detach(|| self.with(|solver| solver.sensitivity(&self.found)));
+        found.ok_or_else(|| {
+            let text = "the tangent is singular here, at a fold: nothing has a derivative";
+            errors::error(py, "NoEquilibrium", text)
+        })
     }
 
     fn efforts(&self, py: Python<'_>, get: impl Fn(&TubeEffort) -> f64) -> Py<PyArray1<f64>> {
@@ -221,7 +255,7 @@ impl BundleEquilibrium {
     /// Name of the robot.
     #[getter]
     fn name(&self) -> &str {
-        &self.name
+        &self.design.name
     }
 
     /// Labels (m) at which tubes are joined: per joint a dict from tube number.
@@ -232,7 +266,7 @@ impl BundleEquilibrium {
             joint.iter().try_for_each(|&(tube, label)| own.set_item(tube + 1, label))?;
             Ok(own)
         };
-        self.joints.iter().map(one).collect()
+        self.design.joints.iter().map(one).collect()
     }
 
     /// Has the determinant of the conditions the sign that it has at rest?
@@ -301,18 +335,40 @@ impl BundleEquilibrium {
         self.found.iterations
     }
 
+    /// What the columns of `jacobian` are.
+    #[getter]
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.found.command().inputs().iter().map(analysis::input))
+    }
+
     /// Slopes of the tip by the motors, shape (6, 2 n).
     #[getter]
-    fn tip_jacobian(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
-        let jacobian = py.detach(|| self.with(|solver| solver.tip_jacobian(&self.found)));
-        match jacobian {
-            Some(jacobian) => dynamic(py, &jacobian),
-            None => Err(errors::error(
-                py,
-                "NoEquilibrium",
-                "the tangent is singular here, at a fold: nothing has a derivative",
-            )),
-        }
+    fn jacobian(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.tip_jacobian)
+    }
+
+    /// The same in the frame of the tip.
+    #[getter]
+    fn jacobian_body(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.tip_jacobian_body)
+    }
+
+    /// The conjugate of every input by every input, shape (2 n, 2 n).
+    #[getter]
+    fn response(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.response)
+    }
+
+    /// Slopes of the tip by a wrench on it, shape (6, 6).
+    #[getter]
+    fn compliance(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        matrix(py, &self.derivatives(py)?.compliance)
+    }
+
+    /// The conjugate of every input by a wrench on the tip, shape (2 n, 6).
+    #[getter]
+    fn response_by_wrench(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        dynamic(py, &self.derivatives(py)?.response_by_wrench)
     }
 
     /// Fields at sections at most `spacing` (m) apart, from the plate to the last tip.
@@ -356,7 +412,7 @@ impl BundleEquilibrium {
         let stable = if self.found.stable { "stable" } else { "unstable" };
         format!(
             "BundleEquilibrium({}: {stable}; tip ({:.3}, {:.3}, {:.3}) mm)",
-            self.name, tip.x, tip.y, tip.z
+            self.design.name, tip.x, tip.y, tip.z
         )
     }
 }

@@ -4,6 +4,7 @@ use crate::bundle::Bundle;
 use crate::errors;
 use crate::robot::Robot;
 use crate::watch::stoppable;
+use cppr::bundle::BundleDesign;
 use cppr_calibrate::{Design, Parameter, fit, read};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -34,7 +35,7 @@ pub fn calibrate<'py>(
         .iter()
         .map(|robot| match robot {
             Subject::Robot(robot) => robot.shared.robot.design().clone().into(),
-            Subject::Bundle(bundle) => bundle.design.clone().into(),
+            Subject::Bundle(bundle) => BundleDesign::clone(&bundle.design).into(),
         })
         .collect();
     let tubes = designs.iter().map(Design::tube_count).max().unwrap_or(0);

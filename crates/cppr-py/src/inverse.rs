@@ -2,20 +2,22 @@
 //!
 //! Loads and drives are those of the equilibrium's command; actuators are chosen within their safe ranges about it.
 
-use crate::analysis::input;
+use crate::analysis::{Either, input};
 use crate::arrays::{dynamic, line, number, vector};
+use crate::bundle::BundleEquilibrium;
 use crate::command::tube_number;
 use crate::equilibrium::Equilibrium;
 use crate::errors;
 use crate::watch::analysed;
 use cppr::analysis::inverse::{
-    Accuracy, FreeInput, Measured, ShapePoint, Target, Uncertainty, free_near, free_within,
+    Accuracy, FreeInput, InverseProblem, Measured, Reach, Sensed, ShapeMatch, ShapePoint, Target,
+    Uncertainty, free_near, free_within,
 };
-use cppr::analysis::{Teeth, governing};
-use cppr::solve::Quantity;
+use cppr::analysis::{BundleAnalysis, Governing, RangeProblem, Teeth, governing};
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium as BundleFound};
+use cppr::solve::{Equilibrium as RobotFound, Input, Quantity};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use std::fmt::Display;
 use std::sync::Arc;
 
 /// The inputs that may be chosen.
@@ -26,20 +28,47 @@ fn free(py: Python<'_>, equilibrium: &Equilibrium) -> PyResult<Vec<FreeInput>> {
     Ok(free_within(&shared.robot, &ranges))
 }
 
+/// The same of a bundle.
+fn free_of_bundle(
+    analysis: &mut BundleAnalysis<'_>,
+    command: &BundleCommand,
+) -> Result<Vec<FreeInput>, RangeProblem> {
+    let inputs = analysis.choosable(command);
+    let one = |input: Input| analysis.safe_range(command, input, Teeth::Rigid);
+    let ranges = inputs.into_iter().map(one).collect::<Result<Vec<_>, _>>()?;
+    Ok(analysis.free_within(&ranges))
+}
+
+/// What makes a Python object of an equilibrium found.
+trait Kept<E> {
+    fn kept(&self, py: Python<'_>, found: E) -> PyResult<Py<PyAny>>;
+}
+
+impl Kept<RobotFound> for Equilibrium {
+    fn kept(&self, py: Python<'_>, found: RobotFound) -> PyResult<Py<PyAny>> {
+        Ok(Py::new(py, Equilibrium::new(Arc::clone(&self.shared), found))?.into_any())
+    }
+}
+
+impl Kept<BundleFound> for BundleEquilibrium {
+    fn kept(&self, py: Python<'_>, found: BundleFound) -> PyResult<Py<PyAny>> {
+        Ok(Py::new(py, self.other(found))?.into_any())
+    }
+}
+
 /// What all answers about actuators hold.
 fn chosen<'py>(
     py: Python<'py>,
-    of: &Equilibrium,
     free: &[FreeInput],
     values: &[f64],
     at_bound: &[bool],
-    found: cppr::solve::Equilibrium,
+    found: Py<PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let own = PyDict::new(py);
     own.set_item("inputs", PyTuple::new(py, free.iter().map(|f| input(&f.input)))?)?;
     own.set_item("values", line(py, values.iter().copied()))?;
     own.set_item("at_bound", at_bound.to_vec())?;
-    own.set_item("equilibrium", Equilibrium::new(Arc::clone(&of.shared), found))?;
+    own.set_item("equilibrium", found)?;
     Ok(own)
 }
 
@@ -49,40 +78,76 @@ fn known(py: Python<'_>, own: &Bound<'_, PyDict>, uncertainty: &Uncertainty) -> 
     own.set_item("misfit", uncertainty.misfit)
 }
 
-fn refused(py: Python<'_>) -> impl Fn(&dyn Display) -> PyErr + '_ {
-    move |problem| errors::command(py, problem)
-}
-
 /// Fields of `Reach`.
 #[pyfunction]
 pub fn reach<'py>(
     py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
+    equilibrium: Either<'py>,
     position: Option<Bound<'py, PyAny>>,
     direction: Option<Bound<'py, PyAny>>,
     near: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let read = |what: &str, value: Option<Bound<'py, PyAny>>| value.map(|v| vector(what, &v)).transpose();
     let target = Target { position: read("position", position)?, direction: read("direction", direction)? };
-    let (shared, found, accuracy) = (&equilibrium.shared, &equilibrium.found, Accuracy::default());
-    let (free, answer) = if near {
-        let free = free_near(found);
-        // Short, and a solver that is kept: nothing to watch, nothing to build.
-        let answer = py.detach(|| shared.with(|solver| solver.reach_near(found, &free, &target, &accuracy)));
-        (free, answer)
-    } else {
-        let free = free(py, &equilibrium)?;
-        let answer = analysed(py, found, |w| w.reach(found.command(), &free, &target, &accuracy))?;
-        (free, answer)
-    };
-    let answer = answer.map_err(|problem| refused(py)(&problem))?;
-    let used = py.detach(|| {
-        shared.with(|solver| {
-            let sections = solver.section_limits(&answer.equilibrium, Teeth::Rigid);
-            governing(&sections, solver.margin(&answer.equilibrium))
-        })
-    });
-    let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
+    let accuracy = Accuracy::default();
+    let refused = |problem: InverseProblem| errors::command(py, problem);
+    match &equilibrium {
+        Either::Robot(own) => {
+            let (shared, found) = (&own.shared, &own.found);
+            let (free, answer) = if near {
+                let free = free_near(found);
+                // Short, and a solver that is kept: nothing to watch, nothing to build.
+                let answer =
+                    py.detach(|| shared.with(|solver| solver.reach_near(found, &free, &target, &accuracy)));
+                (free, answer)
+            } else {
+                let free = free(py, own)?;
+                let answer = analysed(py, found, |w| w.reach(found.command(), &free, &target, &accuracy))?;
+                (free, answer)
+            };
+            let answer = answer.map_err(refused)?;
+            let used = py.detach(|| {
+                shared.with(|solver| {
+                    let sections = solver.section_limits(&answer.equilibrium, Teeth::Rigid);
+                    governing(&sections, solver.margin(&answer.equilibrium))
+                })
+            });
+            reached(py, &**own, &free, answer, used)
+        }
+        Either::Bundle(own) => {
+            let found = &own.found;
+            let searched = own.analysed(py, |analysis| {
+                let command = found.command();
+                let free =
+                    if near { Ok(analysis.free_near(command)) } else { free_of_bundle(analysis, command) };
+                free.map(|free| {
+                    let answer = if near {
+                        analysis.reach_near(found, &free, &target, &accuracy)
+                    } else {
+                        analysis.reach(command, &free, &target, &accuracy)
+                    };
+                    let used = |answer: &Reach<BundleFound>| {
+                        governing(&analysis.section_limits(&answer.equilibrium, Teeth::Rigid), None)
+                    };
+                    (free, answer.map(|answer| (used(&answer), answer)))
+                })
+            })?;
+            let (free, answer) = searched.map_err(|problem| errors::command(py, problem))?;
+            let (used, answer) = answer.map_err(refused)?;
+            reached(py, &**own, &free, answer, used)
+        }
+    }
+}
+
+fn reached<'py, E>(
+    py: Python<'py>,
+    of: &impl Kept<E>,
+    free: &[FreeInput],
+    answer: Reach<E>,
+    used: Option<Governing>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = of.kept(py, answer.equilibrium)?;
+    let own = chosen(py, free, &answer.values, &answer.at_bound, found)?;
     own.set_item("reached", answer.reached)?;
     own.set_item("distance", answer.distance)?;
     own.set_item("angle", answer.angle)?;
@@ -98,7 +163,7 @@ pub fn reach<'py>(
 #[pyfunction]
 pub fn match_shape<'py>(
     py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
+    equilibrium: Either<'py>,
     points: Vec<[f64; 4]>,
     deviation: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -110,11 +175,35 @@ pub fn match_shape<'py>(
             deviation,
         })
         .collect();
-    let free = free(py, &equilibrium)?;
-    let found = &equilibrium.found;
-    let answer = analysed(py, found, |w| w.shape_match(found.command(), &free, &points))?;
-    let answer = answer.map_err(|problem| refused(py)(&problem))?;
-    let own = chosen(py, &equilibrium, &free, &answer.values, &answer.at_bound, answer.equilibrium)?;
+    let refused = |problem: InverseProblem| errors::command(py, problem);
+    match &equilibrium {
+        Either::Robot(own) => {
+            let free = free(py, own)?;
+            let found = &own.found;
+            let answer = analysed(py, found, |w| w.shape_match(found.command(), &free, &points))?;
+            matched(py, &**own, &free, answer.map_err(refused)?)
+        }
+        Either::Bundle(own) => {
+            let command = own.found.command();
+            let searched = own.analysed(py, |analysis| {
+                let free = free_of_bundle(analysis, command)?;
+                let answer = analysis.shape_match(command, &free, &points);
+                Ok::<_, RangeProblem>((free, answer))
+            })?;
+            let (free, answer) = searched.map_err(|problem| errors::command(py, problem))?;
+            matched(py, &**own, &free, answer.map_err(refused)?)
+        }
+    }
+}
+
+fn matched<'py, E>(
+    py: Python<'py>,
+    of: &impl Kept<E>,
+    free: &[FreeInput],
+    answer: ShapeMatch<E>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = of.kept(py, answer.equilibrium)?;
+    let own = chosen(py, free, &answer.values, &answer.at_bound, found)?;
     known(py, &own, &answer.uncertainty)?;
     own.set_item("distances", line(py, answer.distances))?;
     own.set_item("rms", answer.rms)?;
@@ -125,7 +214,7 @@ pub fn match_shape<'py>(
 #[pyfunction]
 pub fn sense<'py>(
     py: Python<'py>,
-    equilibrium: PyRef<'py, Equilibrium>,
+    equilibrium: Either<'py>,
     efforts: [Option<Bound<'py, PyAny>>; 2],
     position: Option<Bound<'py, PyAny>>,
     direction: Option<Bound<'py, PyAny>>,
@@ -133,12 +222,22 @@ pub fn sense<'py>(
     moment: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut measured = Vec::new();
-    let command = equilibrium.found.command();
+    // That there is no such tube, in the words of its robot.
+    let lacking = |tube: usize| match &equilibrium {
+        Either::Robot(own) => {
+            let command = own.found.command();
+            command.actuator(tube).is_none().then(|| command.no_such_tube(tube).to_string())
+        }
+        Either::Bundle(own) => {
+            let count = own.found.efforts.len();
+            let there = (1..=count).contains(&tube);
+            (!there).then(|| format!("there is no such tube; this robot has tubes 1 to {count}"))
+        }
+    };
     for (i, (effort, quantity)) in efforts.iter().zip([Quantity::TENSION, Quantity::TORQUE]).enumerate() {
         let Some(effort) = effort else { continue };
         let mut add = |tube: usize, value: f64| -> PyResult<()> {
-            if command.actuator(tube).is_none() {
-                let problem = command.no_such_tube(tube);
+            if let Some(problem) = lacking(tube) {
                 return Err(errors::command(py, format!("{}: {problem}", quantity.keyword)));
             }
             measured.push(Measured::Effort(tube, quantity.freedom, value, deviations[i]));
@@ -159,15 +258,28 @@ pub fn sense<'py>(
     if let Some(direction) = direction {
         measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
     }
-    let (shared, found) = (&equilibrium.shared, &equilibrium.found);
-    // A few solves: short, and with a solver that is kept.
-    let answer = py.detach(|| shared.with(|solver| solver.sense_near(found, &measured, moment)));
-    let answer = answer.map_err(|problem| refused(py)(&problem))?;
+    let refused = |problem: InverseProblem| errors::command(py, problem);
+    match &equilibrium {
+        Either::Robot(own) => {
+            let (shared, found) = (&own.shared, &own.found);
+            // A few solves: short, and with a solver that is kept.
+            let answer = py.detach(|| shared.with(|solver| solver.sense_near(found, &measured, moment)));
+            sensed(py, &**own, answer.map_err(refused)?)
+        }
+        Either::Bundle(own) => {
+            let found = &own.found;
+            let answer = own.analysed(py, |analysis| analysis.sense_near(found, &measured, moment))?;
+            sensed(py, &**own, answer.map_err(refused)?)
+        }
+    }
+}
+
+fn sensed<'py, E>(py: Python<'py>, of: &impl Kept<E>, answer: Sensed<E>) -> PyResult<Bound<'py, PyDict>> {
     let own = PyDict::new(py);
     own.set_item("force", line(py, answer.force.iter().copied()))?;
     own.set_item("moment", line(py, answer.moment.iter().copied()))?;
     own.set_item("misses", line(py, answer.misses.iter().copied()))?;
     known(py, &own, &answer.uncertainty)?;
-    own.set_item("equilibrium", Equilibrium::new(Arc::clone(&equilibrium.shared), answer.equilibrium))?;
+    own.set_item("equilibrium", of.kept(py, answer.equilibrium)?)?;
     Ok(own)
 }

@@ -60,8 +60,8 @@ def test_the_jacobian_is_the_slope_and_a_start_is_taken() -> None:
     step = 1e-6
     moved = robot.solve(pull=2e-3 + step, rotate={2: 0.3}, tip_force=(0, 0.05, 0), start=eq)
     slope = (moved.tip_position - eq.tip_position) / step
-    assert eq.tip_jacobian.shape == (6, 4) and np.linalg.norm(slope) > 1
-    assert np.allclose(eq.tip_jacobian[:3, 2], slope, rtol=1e-3, atol=1e-2)
+    assert eq.jacobian.shape == (6, 4) and np.linalg.norm(slope) > 1
+    assert np.allclose(eq.jacobian[:3, 2], slope, rtol=1e-3, atol=1e-2)
 
 
 def test_the_outer_tube_can_be_advanced() -> None:
@@ -100,3 +100,94 @@ def test_what_is_wrong_is_said() -> None:
             make()
     with pytest.warns(cppr.UnitWarning, match="radians"):
         s_shape().solve(rotate={1: 90, 2: 90})
+
+
+def uncut_ends() -> cppr.Bundle:
+    return cppr.Bundle.from_toml(ROOT / "robots/bundles/uncut_ends.toml")
+
+
+def test_limits_end_the_safe_ranges() -> None:
+    text = (ROOT / "robots/bundles/uncut_ends.toml").read_text()
+    brittle = text.replace("allowable_strain_percent = 6", "allowable_strain_percent = 0.5")
+    assert brittle != text
+    robot = cppr.Bundle.from_toml_text(brittle)
+    eq = robot.solve(pull=0.3e-3)
+    limits = eq.limits()
+    assert sum(section.place == "notch" for section in limits.sections) == 200
+    assert limits.governing is not None and 0.01 < limits.governing.utilisation < 0.9
+    ranges = {(r.means, r.tube): r for r in eq.safe_ranges()}
+    high = ranges["pull", 2].high
+    assert high.bound == "limit" and high.limit is not None and high.limit.section is not None
+    for part, least, most in ((0.98, 0.9, 1.0), (1.02, 1.0, 1.1)):
+        used = robot.solve(pull=part * high.value).limits().governing
+        assert used is not None and least < used.utilisation < most
+    whole = robot.solve(pull=1.02 * high.value).safe_part()
+    assert whole.bound == "limit" and whole.value == pytest.approx(1 / 1.02, rel=1e-3)
+    assert eq.safe_part().value == 1.0
+
+
+def test_derivatives_are_slopes() -> None:
+    robot = s_shape()
+    motors = {"pull": {2: 2e-3}, "rotate": {2: 0.3}}
+    eq = robot.solve(**motors, tip_force=(0, 0.05, 0.0))
+    assert eq.inputs[2:] == (("pull", 2), ("rotate", 2))
+    force = 1e-4
+    pushed = robot.solve(**motors, tip_force=(0, 0.05, force), start=eq)
+    slope = (pushed.tip_position - eq.tip_position) / force
+    assert np.linalg.norm(slope) > 1e-3
+    assert np.allclose(eq.compliance[:3, 2], slope, rtol=2e-3, atol=1e-3 * np.linalg.norm(slope))
+    tension = (pushed.tension[1] - eq.tension[1]) / force
+    assert eq.response_by_wrench[2, 2] == pytest.approx(tension, rel=5e-3, abs=1e-3)
+    step = 1e-6
+    moved = robot.solve(pull=2e-3 + step, rotate={2: 0.3}, tip_force=(0, 0.05, 0.0), start=eq)
+    assert eq.response[2, 2] == pytest.approx((moved.tension[1] - eq.tension[1]) / step, rel=1e-3)
+    assert np.allclose(eq.jacobian_body[:3], eq.tip_rotation.T @ eq.jacobian[:3])
+
+
+def test_a_path_turns_at_folds_and_begins_where_it_is_asked_from() -> None:
+    eq = cppr.Bundle.from_toml(ROOT / "robots/bundles/two_curved.toml").solve()
+    (path,) = eq.continue_path(rotate={2: 2 * math.pi})
+    assert path.reached and path.kind.count("fold") == 2 and not path.stable.all()
+    assert np.allclose([e.rotation[1] for e in path.equilibria], path.parameter, atol=1e-9)
+    # From an unstable one between the folds, which no solve from rest gives.
+    unstable = path.equilibria[int(np.flatnonzero(~path.stable)[2])]
+    (back,) = unstable.continue_path(rotate={2: 0.0})
+    assert np.allclose(back.tip_position[0], unstable.tip_position, atol=1e-9) and not back.stable[0]
+    loaded = s_shape().solve(pull=1e-3, tip_force=(0, 0.05, 0))
+    (more,) = loaded.continue_path(load_factor=2.0)
+    twice = s_shape().solve(pull=1e-3, tip_force=(0, 0.1, 0))
+    assert more.reached and np.allclose(more.tip_position[-1], twice.tip_position, atol=1e-7)
+    with pytest.raises(cppr.CommandError, match="not both"):
+        loaded.continue_path(pull=2e-3, load_factor=2.0)
+
+
+def test_motors_for_a_tip_and_a_shape_and_the_force_on_it() -> None:
+    robot = uncut_ends()
+    wanted = robot.solve(pull=1e-3, rotate=0.5)
+    start = robot.solve(pull=0.5e-3)
+    for near in (False, True):
+        found = start.reach(position=wanted.tip_position, near=near)
+        assert found.reached and found.distance is not None and found.distance < 1e-6
+        assert {tube for _, tube in found.inputs} == {2} and 0 < found.limit_used < 1
+        assert np.allclose(found.equilibrium.tip_position, wanted.tip_position, atol=1e-6)
+    points = wanted.sample(wanted.length / 8)["centre"][1:]
+    match = start.match_shape(points)
+    assert match.rms < 1e-6 and dict(zip(match.inputs, match.values))["pull", 2] == pytest.approx(1e-3, rel=1e-2)
+    force = np.array([0.0, 0.02, -0.01])
+    pushed = robot.solve(pull=0.5e-3, tip_force=force)
+    sensed = start.sense(tension={2: pushed.tension[1]}, position=pushed.tip_position)
+    assert np.allclose(sensed.force, force, atol=2e-4) and sensed.misfit < 0.1
+    with pytest.raises(cppr.CommandError, match="tubes 1 to 2"):
+        start.sense(tension={3: 1.0}, position=pushed.tip_position)
+
+
+def test_it_is_calibrated() -> None:
+    robot = cppr.Bundle.from_toml(ROOT / "robots/bundles/concentric3.toml")
+    fit = cppr.calibrate(
+        robot, ROOT / "examples/calibration/concentric3.csv", ["rest_curvature_factor", "shear_modulus"]
+    )
+    truth = np.array([1.06, 20e9])
+    assert (np.abs(fit.values - truth) < 2 * fit.intervals).all() and fit.rms < 0.5 * fit.rms_before
+    (fitted,) = fit.robots
+    assert isinstance(fitted, cppr.Bundle)
+    assert np.linalg.norm(fitted.solve().tip_position - robot.solve().tip_position) > 1e-3

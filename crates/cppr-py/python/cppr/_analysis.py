@@ -1,4 +1,4 @@
-"""What an equilibrium tells: limits, safe ranges, the path it lies on. Methods of `Equilibrium`."""
+"""What an equilibrium tells: limits, safe ranges, the path it lies on. Methods of `Equilibrium` and `BundleEquilibrium`."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class Branch:
     """False where the robot would leave the equilibrium; shape (n,)."""
     margin: Floats
     """Margin to instability; shape (n,)."""
-    equilibria: tuple[_cppr.Equilibrium, ...]
+    equilibria: tuple[_cppr.Equilibrium, ...] | tuple[_cppr.BundleEquilibrium, ...]
     """The equilibria themselves."""
     reached: bool
     """True where the branch ends at the last command."""
@@ -152,7 +152,7 @@ def _governing(found: tuple[str, float, tuple[object, ...] | None] | None) -> Go
     return Governing(limit, utilisation, section and SectionLimit(*section))  # type: ignore[arg-type]
 
 
-def limits(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> Limits:
+def limits(self: _cppr.Equilibrium | _cppr.BundleEquilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> Limits:
     """Strain and closure of every notch, and the nearest limit.
 
     `teeth` are "rigid" (the notches take all bending: safe) or "bending" (as the notches do: the least there can be).
@@ -161,7 +161,7 @@ def limits(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "rigid"
     return Limits(tuple(SectionLimit(*s) for s in sections), _governing(nearest))
 
 
-def safe_ranges(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> tuple[SafeRange, ...]:
+def safe_ranges(self: _cppr.Equilibrium | _cppr.BundleEquilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> tuple[SafeRange, ...]:
     """How far each actuator may go from here while the others and the loads stay: to a limit of a notch or to instability.
 
     Raises `CommandError` where a limit is exceeded already.
@@ -176,14 +176,14 @@ def safe_ranges(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "r
     )
 
 
-def safe_part(self: _cppr.Equilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> RangeEnd:
+def safe_part(self: _cppr.Equilibrium | _cppr.BundleEquilibrium, teeth: Literal["rigid", "bending"] = "rigid") -> RangeEnd:
     """How much of the equilibrium's command, applied from rest in proportion, keeps all limits: `value` from 0 to 1 (all)."""
     value, bound, limit = _cppr.part(self, teeth)
     return RangeEnd(value, bound, _governing(limit))
 
 
 def continue_path(
-    self: _cppr.Equilibrium,
+    self: _cppr.Equilibrium | _cppr.BundleEquilibrium,
     pull: PerTubeNumber = None,
     rotate: PerTubeNumber = None,
     tension: PerTubeNumber = None,

@@ -568,12 +568,32 @@ class BundleEquilibrium:
         """Newton steps."""
 
     @property
-    def tip_jacobian(self) -> _Floats:
+    def inputs(self) -> tuple[tuple[str, int], ...]:
+        """What the columns of `jacobian` are: ("pull", 1), ("rotate", 1), ("pull", 2), ..."""
+
+    @property
+    def jacobian(self) -> _Floats:
         """Slopes of the tip by the motors, shape (6, 2 n): rows position (m) and rotation about the base axes (rad), columns
         translation and rotation of every tube's motor, by motion (m, rad) or by effort (N, N m), as it is driven.
 
-        Raises `NoEquilibrium` at a fold.
+        Raises `NoEquilibrium` at a fold; so do the following.
         """
+
+    @property
+    def jacobian_body(self) -> _Floats:
+        """The same in the frame of the tip; shape (6, 2 n)."""
+
+    @property
+    def response(self) -> _Floats:
+        """The conjugate of every input by every input: effort by motion, motion at the baseplate by effort; shape (2 n, 2 n)."""
+
+    @property
+    def compliance(self) -> _Floats:
+        """Tip twist (m, rad) by a dead tip wrench (N, N m), base frame, inputs held; shape (6, 6)."""
+
+    @property
+    def response_by_wrench(self) -> _Floats:
+        """The conjugate of every input by a dead tip wrench; shape (2 n, 6)."""
 
     def sample(self, spacing: float | None = None) -> dict[str, _Floats]:
         """Fields at sections at most `spacing` (m; default a hundredth of the length) apart, from the baseplate to the last tip, on both sides of
@@ -584,6 +604,58 @@ class BundleEquilibrium:
         tension (N), torque (N m), curvature_y, curvature_z (1/m) and twist (rad/m) less those at rest.
         """
 
+    def limits(self, teeth: Literal["rigid", "bending"] = "rigid") -> Limits:
+        """Strain and closure of every notch that stands before the baseplate, and the nearest limit; as `Equilibrium.limits`."""
+
+    def safe_part(self, teeth: Literal["rigid", "bending"] = "rigid") -> RangeEnd:
+        """How much of the command, applied from rest in proportion, keeps all limits: `value` from 0 to 1 (all)."""
+
+    def safe_ranges(self, teeth: Literal["rigid", "bending"] = "rigid") -> tuple[SafeRange, ...]:
+        """How far each motor may go from here while the others and the loads stay; as `Equilibrium.safe_ranges`."""
+
+    def continue_path(
+        self,
+        pull: PerTubeNumber = None,
+        rotate: PerTubeNumber = None,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
+        *,
+        load_factor: float | None = None,
+        step: float = 0.05,
+        points: int = 2000,
+        depth: int = 0,
+    ) -> tuple[Branch, ...]:
+        """All equilibria from here to other values of the motors, past folds; or to `load_factor` times the present loads; as
+        `Equilibrium.continue_path`. Margins are not computed (NaN)."""
+
+    def reach(
+        self, position: VectorLike | None = None, direction: VectorLike | None = None, *, near: bool = False
+    ) -> Reach:
+        """Motors that bring the tip to a position (m), a direction of its axis, or both, base frame; as `Equilibrium.reach`. Where
+        tubes are joined, those of tube 1, which advance the whole robot, stay where they are."""
+
+    def match_shape(
+        self, points: ArrayLike, x: ArrayLike | None = None, *, deviation: float = 1e-3
+    ) -> ShapeMatch:
+        """Motors for which the centreline is nearest to points (m), shape (n, 3), base frame; as `Equilibrium.match_shape`. `x` are lengths of
+        the centreline up to the points (m). The motors of tube 1 stay as in `reach`."""
+
+    def sense(
+        self,
+        tension: PerTubeNumber = None,
+        torque: PerTubeNumber = None,
+        position: VectorLike | None = None,
+        direction: VectorLike | None = None,
+        *,
+        tension_deviation: float = 0.05,
+        torque_deviation: float = 1e-3,
+        position_deviation: float = 1e-3,
+        direction_deviation: float = 0.02,
+        moment: bool = False,
+    ) -> Sensed:
+        """The force on the tip, with `moment` the whole wrench, that explains measurements while the motors stand as here; as
+        `Equilibrium.sense`."""
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws the centroid line of every tube as far as it reaches, the joints and the centreline (mm); returns the axes."""
 
@@ -591,12 +663,12 @@ class BundleEquilibrium:
 def section(
     outer_radius: float, inner_radius: float, depth: float, shape: str = "round"
 ) -> tuple[float, float, float, float, float, float]: ...
-def calibrate(robots: Sequence[Robot], table: str, parameters: Sequence[str]) -> dict[str, Any]: ...
-def limits(equilibrium: Equilibrium, teeth: str) -> tuple[list[tuple[Any, ...]], Any]: ...
-def part(equilibrium: Equilibrium, teeth: str) -> tuple[Any, Any, Any]: ...
-def ranges(equilibrium: Equilibrium, teeth: str) -> list[tuple[Any, ...]]: ...
+def calibrate(robots: Sequence[Robot | Bundle], table: str, parameters: Sequence[str]) -> dict[str, Any]: ...
+def limits(equilibrium: Equilibrium | BundleEquilibrium, teeth: str) -> tuple[list[tuple[Any, ...]], Any]: ...
+def part(equilibrium: Equilibrium | BundleEquilibrium, teeth: str) -> tuple[Any, Any, Any]: ...
+def ranges(equilibrium: Equilibrium | BundleEquilibrium, teeth: str) -> list[tuple[Any, ...]]: ...
 def trace(
-    equilibrium: Equilibrium,
+    equilibrium: Equilibrium | BundleEquilibrium,
     drives: tuple[PerTubeNumber, PerTubeNumber, PerTubeNumber, PerTubeNumber],
     load_factor: float | None,
     step: float,
@@ -604,13 +676,13 @@ def trace(
     depth: int,
 ) -> list[dict[str, Any]]: ...
 def reach(
-    equilibrium: Equilibrium, position: VectorLike | None, direction: VectorLike | None, near: bool
+    equilibrium: Equilibrium | BundleEquilibrium, position: VectorLike | None, direction: VectorLike | None, near: bool
 ) -> dict[str, Any]: ...
 def match_shape(
-    equilibrium: Equilibrium, points: Sequence[Sequence[float]], deviation: float
+    equilibrium: Equilibrium | BundleEquilibrium, points: Sequence[Sequence[float]], deviation: float
 ) -> dict[str, Any]: ...
 def sense(
-    equilibrium: Equilibrium,
+    equilibrium: Equilibrium | BundleEquilibrium,
     efforts: tuple[PerTubeNumber, PerTubeNumber],
     position: VectorLike | None,
     direction: VectorLike | None,

@@ -27,7 +27,7 @@ class Reach:
     """m, rad, N or N m; shape (m,)."""
     at_bound: NDArray[np.bool_]
     """Is the value at the end of its range? Shape (m,)."""
-    equilibrium: _cppr.Equilibrium
+    equilibrium: _cppr.Equilibrium | _cppr.BundleEquilibrium
     """The equilibrium there."""
     distance: float | None
     """From the wanted position (m)."""
@@ -59,7 +59,7 @@ class ShapeMatch:
     """Root mean square of the weighted residuals per degree of freedom: about 1 where the deviations are right."""
     at_bound: NDArray[np.bool_]
     """Is the value at the end of its range? Shape (m,)."""
-    equilibrium: _cppr.Equilibrium
+    equilibrium: _cppr.Equilibrium | _cppr.BundleEquilibrium
     """The equilibrium there."""
     distances: Floats
     """Of every point from its place on the centreline (m); shape (n,)."""
@@ -83,12 +83,12 @@ class Sensed:
     """Root mean square of the weighted residuals per degree of freedom: about 1 where the deviations are right."""
     misses: Floats
     """How many deviations each measurement (tensions, torques, position, direction) lies from the answer: where many, no wrench explains it."""
-    equilibrium: _cppr.Equilibrium
+    equilibrium: _cppr.Equilibrium | _cppr.BundleEquilibrium
     """The equilibrium under the wrench."""
 
 
 def reach(
-    self: _cppr.Equilibrium,
+    self: _cppr.Equilibrium | _cppr.BundleEquilibrium,
     position: VectorLike | None = None,
     direction: VectorLike | None = None,
     *,
@@ -106,7 +106,7 @@ def reach(
 
 
 def match_shape(
-    self: _cppr.Equilibrium,
+    self: _cppr.Equilibrium | _cppr.BundleEquilibrium,
     points: ArrayLike,
     x: ArrayLike | None = None,
     *,
@@ -128,7 +128,7 @@ def match_shape(
 
 
 def sense(
-    self: _cppr.Equilibrium,
+    self: _cppr.Equilibrium | _cppr.BundleEquilibrium,
     tension: PerTubeNumber = None,
     torque: PerTubeNumber = None,
     position: VectorLike | None = None,

@@ -71,6 +71,39 @@ impl<'a> BundleAnalysis<'a> {
         self.design
     }
 
+    /// Motors that a search may choose: all of them, or where tubes are joined all but those of the outermost, which advance the whole robot.
+    #[must_use]
+    pub fn choosable(&self, command: &BundleCommand) -> Vec<Input> {
+        let joined = !self.design.joints.is_empty();
+        command.inputs().into_iter().filter(|input| input.tube > 1 || !joined).collect()
+    }
+
+    /// Motors about their values in a command, for a search that stays near: half a turn of bend or rotation to either side, or
+    /// what would bend or twist the robot so far.
+    #[must_use]
+    pub fn free_near(&self, command: &BundleCommand) -> Vec<FreeInput> {
+        let (length, [bending, torsion, lever]) = (self.length(), self.stiffness());
+        let about = |input: Input| {
+            let reach = PI
+                * match (input.freedom, input.is_motion) {
+                    // Tubes without lever slide in each other.
+                    (Freedom::PushPull, true) => {
+                        if lever > 0.0 {
+                            2.0 * lever
+                        } else {
+                            length / PI
+                        }
+                    }
+                    (Freedom::Rotation, true) => 1.0,
+                    (Freedom::PushPull, false) => bending / (length * lever.max(f64::MIN_POSITIVE)),
+                    (Freedom::Rotation, false) => torsion / length,
+                };
+            let at = Self::value(command, input)?;
+            (at + reach).is_finite().then_some(FreeInput { input, bounds: [at - reach, at + reach] })
+        };
+        self.choosable(command).into_iter().filter_map(about).collect()
+    }
+
     /// Motors between the ends of their safe ranges; where nothing was met, up to half a turn of bend or rotation.
     #[must_use]
     pub fn free_within(&self, ranges: &[SafeRange]) -> Vec<FreeInput> {
@@ -189,6 +222,20 @@ impl<'a> BundleAnalysis<'a> {
         inverse::reach(self, command, free, target, accuracy)
     }
 
+    /// The same sought from an equilibrium on, whose command holds: on its branch, and nowhere else.
+    ///
+    /// # Errors
+    /// Where nothing can be searched for.
+    pub fn reach_near(
+        &mut self,
+        start: &BundleEquilibrium,
+        free: &[FreeInput],
+        target: &Target,
+        accuracy: &Accuracy,
+    ) -> Result<Reach<BundleEquilibrium>, InverseProblem> {
+        inverse::reach_near(self, start.command(), start, free, target, accuracy)
+    }
+
     /// The force, or wrench, on the tip that explains measurements best.
     ///
     /// # Errors
@@ -201,6 +248,19 @@ impl<'a> BundleAnalysis<'a> {
     ) -> Result<Sensed<BundleEquilibrium>, InverseProblem> {
         let start = self.stable(command, None);
         inverse::sense(self, command, start, measured, with_moment)
+    }
+
+    /// The same from an equilibrium without the wrench that is looked for, whose command holds.
+    ///
+    /// # Errors
+    /// As [`Self::sense`].
+    pub fn sense_near(
+        &mut self,
+        start: &BundleEquilibrium,
+        measured: &[Measured],
+        with_moment: bool,
+    ) -> Result<Sensed<BundleEquilibrium>, InverseProblem> {
+        inverse::sense(self, start.command(), Some(start.clone()), measured, with_moment)
     }
 
     /// Values of the free inputs for which the centreline is nearest to points; a point's label is the length of the centreline up to it.

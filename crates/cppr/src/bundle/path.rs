@@ -20,6 +20,7 @@ use crate::analysis::continuation::{
     Branch, End, FamilyProblem, Origin, Parameter, PathPoint, PointKind, Tracing,
 };
 use crate::solve::{Drive, Freedom, Input};
+use crate::statics::Loads;
 use nalgebra::{DMatrix, DVector};
 
 /// Commands of a bundle between a first and a last one; a fraction λ of the way lies between them.
@@ -51,6 +52,34 @@ impl BundleFamily {
         let last = command.with_input(input, to).drives;
         let parameter = Parameter::Actuator(input);
         Self { first: command, last, load: [1.0; 2], parameter, ends: [from, to] }.checked()
+    }
+
+    /// All motors go from their values in `command` to others, driven alike, at once; one alone is the parameter itself.
+    ///
+    /// # Errors
+    /// Where a motor is driven otherwise, or none moves.
+    pub fn between(command: BundleCommand, last: Vec<TubeDrive>) -> Result<Self, FamilyProblem> {
+        let wanted = BundleCommand { drives: last, loads: Loads::none() };
+        let (before, after) = (command.inputs(), wanted.inputs());
+        if let Some((own, _)) = before.iter().zip(&after).find(|(a, b)| a != b) {
+            return Err(FamilyProblem::Drives { tube: own.tube });
+        }
+        let values = |command: &BundleCommand| -> Vec<f64> {
+            command.drives.iter().flat_map(|d| [d.translation.value(), d.rotation.value()]).collect()
+        };
+        let (from, to) = (values(&command), values(&wanted));
+        let moved: Vec<usize> = (0..to.len()).filter(|i| (to[*i] - from[*i]).abs() > 0.0).collect();
+        match moved[..] {
+            [only] => Self::motor(command, before[only], to[only]),
+            _ => Self {
+                first: command,
+                last: wanted.drives,
+                load: [1.0; 2],
+                parameter: Parameter::Fraction,
+                ends: [0.0, 1.0],
+            }
+            .checked(),
+        }
     }
 
     /// All loads go from `from` to `to` times their size.
@@ -310,8 +339,18 @@ impl BundleSolver<'_> {
     /// Traces the equilibria of a family of commands from its first to its last, past folds, and the branches that leave them; margins are not computed.
     pub fn trace(&mut self, family: &BundleFamily, tracing: &Tracing) -> Vec<Branch<BundleEquilibrium>> {
         let start = self.solve(&family.at(0.0));
+        self.trace_from(family, tracing, &start)
+    }
+
+    /// The same from an equilibrium under the first command.
+    pub fn trace_from(
+        &mut self,
+        family: &BundleFamily,
+        tracing: &Tracing,
+        start: &BundleEquilibrium,
+    ) -> Vec<Branch<BundleEquilibrium>> {
         let mut tracer = Tracer { solver: self, family, tracing, left: tracing.steps };
-        let Some(first) = tracer.begin(&start) else {
+        let Some(first) = tracer.begin(start) else {
             return vec![Branch { points: Vec::new(), end: End::NoStart(start.status()), origin: None }];
         };
         let (mut branches, mut crossings) = (Vec::new(), Vec::<Crossing>::new());

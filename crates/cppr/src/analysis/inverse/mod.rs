@@ -11,8 +11,8 @@ mod sense;
 mod shape_match;
 mod uncertainty;
 
-pub(super) use reach::reach;
 pub use reach::{Accuracy, Conditioning, Reach, Target, TipAxis};
+pub(super) use reach::{reach, reach_near};
 pub(super) use sense::sense;
 pub use sense::{Measured, Sensed};
 pub(super) use shape_match::shape_match;

@@ -139,16 +139,28 @@ impl Solver {
         target: &Target,
         accuracy: &Accuracy,
     ) -> Result<Reach, InverseProblem> {
-        let target = target.checked()?;
         (self.robot, self.settings) = (start.robot().clone(), *start.settings());
         let command = start.command();
         self.check(command).map_err(InverseProblem::Command)?;
-        check::<Self>(command, free)?;
-        let value = |free: &FreeInput| command.value(free.input).unwrap_or_default();
-        let values = DVector::from_iterator(free.len(), free.iter().map(value));
-        let mut search = Search { model: self, command, free };
-        searched(&mut search, &target, accuracy, vec![(values, start.clone())])
+        reach_near(self, command, start, free, target, accuracy)
     }
+}
+
+/// Values of the free inputs for a target, sought from an equilibrium under the command.
+pub(in crate::analysis) fn reach_near<M: Model>(
+    model: &mut M,
+    command: &M::Command,
+    start: &M::Found,
+    free: &[FreeInput],
+    target: &Target,
+    accuracy: &Accuracy,
+) -> Result<Reach<M::Found>, InverseProblem> {
+    let target = target.checked()?;
+    check::<M>(command, free)?;
+    let value = |free: &FreeInput| M::value(command, free.input).unwrap_or_default();
+    let values = DVector::from_iterator(free.len(), free.iter().map(value));
+    let mut search = Search { model, command, free };
+    searched(&mut search, &target, accuracy, vec![(values, start.clone())])
 }
 
 /// Values of the free inputs for a target, sought from the best of many places between their bounds.
