@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::figure::plot_failure;
 use cppr_plot::{Axis, Cloud, CloudInput, Figure, cloud_figure};
-use cppr_sweep::{Chunk, Task, Variable, Verdict};
+use cppr_sweep::{Chunk, Subject, Task, Variable, Verdict};
 
 /// Gathers tips while a table is read.
 pub struct Workspace {
@@ -43,8 +43,8 @@ impl Workspace {
     pub fn new(task: &Task, colour: Option<&str>) -> Result<Self, Failure> {
         let columns = task.columns();
         let place = |name: &str| columns.iter().position(|column| column.name == name);
-        let actuated = task.robot.follower_count() > 0;
-        let asked = colour.unwrap_or(if actuated { "tension" } else { "energy" });
+        let usual = ["tube2_tension_N", "elastic_energy_J"].into_iter().find(|name| place(name).is_some());
+        let asked = colour.or(usual).unwrap_or("bend");
         let name = SHORT.iter().find(|(short, _)| *short == asked).map_or(asked, |(_, name)| *name);
         let Some(value) = place(name) else {
             let add = match name {
@@ -62,7 +62,7 @@ impl Workspace {
         let place = |name| place(name).unwrap_or_default();
         let of_tolerances = task.axes.iter().any(|axis| matches!(axis.variable, Variable::Design(_)));
         Ok(Self {
-            cloud: Cloud::new(task.robot.length() * if of_tolerances { CLOSE } else { 1.0 }),
+            cloud: Cloud::new(task.length() * if of_tolerances { CLOSE } else { 1.0 }),
             of_tolerances,
             columns: [place("status"), place("tip_x_m"), place("tip_y_m"), place("tip_z_m"), value],
             factor,
@@ -82,9 +82,17 @@ impl Workspace {
 
     /// The figure.
     pub fn figure(self, task: &Task) -> Result<Figure, Failure> {
-        let title =
-            format!("{}: {} stable of {} poses", task.robot.design().name, self.cloud.total, task.rows());
-        let length = (!self.of_tolerances).then(|| task.robot.length());
+        let title = format!("{}: {} stable of {} poses", task.name(), self.cloud.total, task.rows());
+        let straight = match &task.subject {
+            Subject::Robot(_) => true,
+            Subject::Bundle(own) => own
+                .design
+                .tubes
+                .iter()
+                .flat_map(|tube| &tube.parts)
+                .all(|part| part.rest_curvature.abs() <= 0.0),
+        };
+        let length = (straight && !self.of_tolerances).then(|| task.length());
         let input = CloudInput { title, cloud: self.cloud, value: self.axis, length };
         cloud_figure(&input).map_err(|error| plot_failure(&error))
     }

@@ -6,7 +6,6 @@ mod bundle;
 mod bundle_continuation;
 mod bundle_derivatives;
 mod bundle_figure;
-mod bundle_sweep;
 mod calibrate;
 mod cell;
 mod check;

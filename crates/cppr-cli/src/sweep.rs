@@ -1,21 +1,23 @@
 //! `cppr sweep`: many poses of a robot into one table.
 
 use crate::Failure;
-use crate::bundle_sweep;
+use crate::bundle;
 use crate::cloud::Workspace;
-use crate::command::{CommandArgs, DriveArgs, RestArgs, build, described};
+use crate::command::{CommandArgs, DriveArgs, RestArgs, build, described, unsound};
 use crate::errors::Errors;
 use crate::figure;
 use crate::output::{self, note, write_or_print};
 use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_any_tube, span_vector};
 use cppr::analysis::{Teeth, absurd_demand};
+use cppr::bundle::solve::{BundleCommand, TubeDrive};
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::Robot;
 use cppr::solve::{CommandProblem, Quantity};
 use cppr_io::bundle_file::Described;
 use cppr_sweep::{
-    Axis, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Report, Study, Task, Values, Variable,
-    Verdict, parts_of, write_file,
+    Axis, BundleSubject, Chunk, FileOptions, FileProblem, Finished, Format, Plan, Report, RobotSubject,
+    Study, Subject, Task, Values, Variable, Verdict, parts_of, write_file,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
@@ -34,7 +36,8 @@ Examples:
   cppr sweep robots/r1.toml --pull -6..6mm:25 --planar --limits --output plane.csv --plot plane.svg --colour closure
   cppr sweep robots/r1.toml --pull -5..5mm:11 --output pulls.csv --json -
   cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.parquet --resume
-  cppr sweep robots/bundles/two_sections.toml --pull 2=0..3mm:4 --pull 4=0..2mm:5 --output sections.csv
+  cppr sweep robots/bundles/two_sections.toml --pull 2=0..3mm:4 --pull 4=0..2mm:5 --output sections.csv --plot sections.svg
+  cppr sweep robots/bundles/uncut_ends.toml --pull 1mm --vary tube1.part2.notches.depth_mm=normal(1.6,0.01) --samples 20 --output ends.parquet
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
 --rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
@@ -50,63 +53,63 @@ Exit codes: 0 done, 2 wrong input, 3 no pose has an equilibrium, 130 interrupted
 #[derive(clap::Args)]
 pub struct Args {
     /// Robot file (TOML)
-    pub robot: PathBuf,
+    robot: PathBuf,
     /// Pull a follower by lengths. Without K= tube 2; repeat for more tubes
     #[arg(long, value_name = "[K=]LENGTHS", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Length))]
-    pub pull: Vec<ForTube<Span>>,
+    pull: Vec<ForTube<Span>>,
     /// Turn a follower's base
     #[arg(long, value_name = "[K=]ANGLES", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Angle))]
-    pub rotate: Vec<ForTube<Span>>,
+    rotate: Vec<ForTube<Span>>,
     /// Pull a follower with forces instead
     #[arg(long, value_name = "[K=]FORCES", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Force))]
-    pub tension: Vec<ForTube<Span>>,
+    tension: Vec<ForTube<Span>>,
     /// Turn a follower with torques instead
     #[arg(long, value_name = "[K=]MOMENTS", allow_hyphen_values = true, value_parser = |t: &str| span_for_any_tube(t, Kind::Moment))]
-    pub torque: Vec<ForTube<Span>>,
+    torque: Vec<ForTube<Span>>,
     /// Force on the tip, base frame; each component a value or a range
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Force))]
-    pub tip_force: Option<[Span; 3]>,
+    tip_force: Option<[Span; 3]>,
     /// Moment on the tip, base frame; each component a value or a range
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = |t: &str| span_vector(t, Kind::Moment))]
-    pub tip_moment: Option<[Span; 3]>,
+    tip_moment: Option<[Span; 3]>,
     /// Vary a number of the robot file, for instance tube1.notches.depth_mm=normal(5,0.05)
     #[arg(long, value_name = "KEY=VALUES", value_parser = vary)]
-    pub vary: Vec<(String, Spread)>,
+    vary: Vec<(String, Spread)>,
     #[command(flatten)]
-    pub rest: RestArgs,
+    rest: RestArgs,
     /// Solve this many quasi-random samples instead of a grid
     #[arg(long, value_name = "N")]
-    pub samples: Option<u64>,
+    samples: Option<u64>,
     /// Other samples
     #[arg(long, default_value_t = 0, requires = "samples")]
-    pub seed: u64,
+    seed: u64,
     /// Add the margin to instability
     #[arg(long)]
-    pub margin: bool,
+    margin: bool,
     /// Add the greatest utilisation of strain, closing notches and torsion, and where it is, as cppr limits
     #[arg(long)]
-    pub limits: bool,
+    limits: bool,
     /// With --limits: let the teeth bend as the notches do
     #[arg(long, requires = "limits")]
-    pub bending_teeth: bool,
+    bending_teeth: bool,
     /// The table: .csv, .npz or .parquet
     #[arg(long, short, value_name = "FILE")]
-    pub output: PathBuf,
+    output: PathBuf,
     /// Write how many poses ended how, - for standard output
     #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    json: Option<PathBuf>,
     /// Draw the stable tip positions, .svg or .png
     #[arg(long, value_name = "FILE")]
-    pub plot: Option<PathBuf>,
+    plot: Option<PathBuf>,
     /// What the colour of the figure tells: tension, torque, energy, bend, margin, strain, closure, torsion or a column of the table
     #[arg(long, value_name = "COLUMN", requires = "plot")]
-    pub colour: Option<String>,
+    colour: Option<String>,
     /// Go on where this sweep was interrupted, if it was
     #[arg(long)]
-    pub resume: bool,
+    resume: bool,
     /// Threads; 0 for all of the machine
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
-    pub threads: u16,
+    threads: u16,
 }
 
 /// Values of a key of the robot file.
@@ -169,11 +172,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let robot = match described(&args.robot)? {
-        Described::Robot(file) => build(&file, &args.robot)?,
-        Described::Bundle(design) => return bundle_sweep::run(args, format, &design),
+    let subject = match described(&args.robot)? {
+        Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
+        Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
     };
-    let task = task(args, robot)?;
+    let task = task(args, subject)?;
     let rows = task.rows();
     let colour = args.colour.as_deref();
     let mut cloud = args.plot.as_ref().map(|_| Workspace::new(&task, colour)).transpose()?;
@@ -246,7 +249,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Outputs { json, csv: None, plot: None }.report(&text)
     } else {
         note(&text);
-        Err(Failure::NoEquilibrium(format!("{}: no pose has an equilibrium", task.robot.design().name)))
+        Err(Failure::NoEquilibrium(format!("{}: no pose has an equilibrium", task.name())))
     }
 }
 
@@ -268,7 +271,7 @@ fn failure(target: &Path, problem: &FileProblem) -> Failure {
 }
 
 /// One pose of the sweep, to check options and loads as those of any pose; not at a zero, which would hide an input.
-pub fn one_pose(args: &Args) -> CommandArgs {
+fn one_pose(args: &Args) -> CommandArgs {
     let seen = |span: Span| match span {
         Span::Range(from, to, _) if from.abs() <= 0.0 => to,
         Span::Fixed(value) | Span::Range(value, ..) => value,
@@ -289,10 +292,8 @@ pub fn one_pose(args: &Args) -> CommandArgs {
     }
 }
 
-/// The task that the arguments describe.
-fn task(args: &Args, robot: Robot) -> Result<Task, Failure> {
-    let robot_text = std::fs::read_to_string(&args.robot)
-        .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
+/// What a robot is asked in all poses.
+fn of_robot(args: &Args, robot: Robot) -> Result<RobotSubject, Failure> {
     let command = one_pose(args);
     let (base, settings) = (command.command(&robot)?, command.settings());
     match base.check(&robot, &settings) {
@@ -303,6 +304,24 @@ fn task(args: &Args, robot: Robot) -> Result<Task, Failure> {
     if let Some(demand) = absurd_demand(&robot, &base) {
         note(&format!("warning: {demand}\n"));
     }
+    Ok(RobotSubject { robot, base, settings })
+}
+
+/// What a robot with parts or joints is asked in all poses.
+fn of_bundle(args: &Args, design: BundleDesign) -> Result<BundleSubject, Failure> {
+    let (base, stretch) = one_pose(args).bundle_command(&design)?;
+    let bundle = Bundle::new(&design).map_err(|problems| unsound(&args.robot, &problems))?;
+    // A joint that one pose would draw in behind the plate is that row's matter.
+    let still =
+        BundleCommand { drives: vec![TubeDrive::HELD; design.tubes.len()], loads: base.loads.clone() };
+    bundle::check(&design, &bundle, &still, stretch)?;
+    Ok(BundleSubject { bundle, design, base, stretch })
+}
+
+/// The task that the arguments describe.
+fn task(args: &Args, subject: Subject) -> Result<Task, Failure> {
+    let robot_text = std::fs::read_to_string(&args.robot)
+        .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
     let plan = match args.samples {
         Some(count) => Plan::Samples { count, seed: args.seed },
         None => Plan::Grid,
@@ -310,11 +329,11 @@ fn task(args: &Args, robot: Robot) -> Result<Task, Failure> {
     let axes = axes(args)?;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
     let limits = args.limits.then_some(teeth);
-    Ok(Task { robot, robot_text, base, settings, axes, plan, margin: args.margin, limits })
+    Ok(Task { subject, robot_text, axes, plan, margin: args.margin, limits })
 }
 
 /// What varies.
-pub fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
+fn axes(args: &Args) -> Result<Vec<Axis>, Failure> {
     let mut axes = Vec::new();
     let mut add = |option: &str, variable: Variable, spread: Spread| {
         let fail = |message: &str| Err(Failure::Input(format!("{option}: {message}")));
@@ -376,7 +395,7 @@ fn as_json(
         })
         .collect();
     json!({
-        "schema": "cppr/sweep", "schema_version": 1, "robot": task.robot.design().name,
+        "schema": "cppr/sweep", "schema_version": 1, "robot": task.name(),
         "table": args.output.display().to_string(), "poses": task.rows(), "solved_now": solved, "seconds": seconds,
         "ends": ends, "study": study.map(crate::study::json),
     })
@@ -393,7 +412,7 @@ fn summary(
     let rate = solved as f64 / seconds;
     let mut text = format!(
         "{}: {} poses in {}; {solved} solved now in {seconds:.2} s, {rate:.0} per second\n",
-        task.robot.design().name,
+        task.name(),
         task.rows(),
         args.output.display(),
     );

@@ -80,7 +80,10 @@ fn other_commands_say_what_takes_such_a_robot() {
     );
     refused(&["derivatives", S, "--by", "length_mm"], "not yet");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");
-    refused(&["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"], "--margin is not yet");
+    refused(
+        &["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"],
+        "a margin to instability is not known",
+    );
 }
 
 #[test]

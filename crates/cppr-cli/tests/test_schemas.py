@@ -57,6 +57,7 @@ COMMANDS = {
     "sweep": [
         "robots/r3.toml --pull 0..149mm:3 --output {folder}/poses.csv",
         "robots/r1.toml --pull 4mm --vary tube1.notches.depth_mm=normal(5,0.05) --samples 8 --output {folder}/tolerance.csv",
+        "robots/bundles/two_sections.toml --pull 2=0..1mm:2 --pull 4=0..200mm:2 --output {folder}/sections.npz",
     ],
     "export": [
         "robots/r1.toml --tube 1 --output {folder}/tube.stl",

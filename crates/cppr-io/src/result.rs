@@ -9,6 +9,7 @@
 use crate::result_format::Lines;
 use cppr::analysis::{Accuracy, Against};
 use cppr::analysis::{Section, Shape, TubeSection, total_bend};
+use cppr::bundle::solve::BundleCommand;
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Equilibrium, Formulation};
@@ -109,7 +110,7 @@ pub struct RobotRecord {
 /// The command that was solved.
 #[derive(Clone, Debug, Serialize)]
 pub struct CommandRecord {
-    /// One per follower, tube 2 first.
+    /// One per follower, tube 2 first; of a bundle one per tube.
     pub actuators: Vec<DriveRecord>,
     /// `base`: the rotation of the follower's base; `relative_angle`: the angle between follower and leader at
     /// the plate.
@@ -415,17 +416,34 @@ impl CommandRecord {
                 RotationMeans::Base => "base",
                 RotationMeans::RelativeAngle => "relative_angle",
             },
-            loads: LoadsRecord::new(&command.loads, robot),
+            loads: LoadsRecord::new(&command.loads, robot.length()),
+        }
+    }
+
+    /// What was asked of a bundle whose first tube has a length (m): one drive for every tube.
+    #[must_use]
+    pub fn of_bundle(command: &BundleCommand, length: f64) -> Self {
+        let drives = (1..).zip(&command.drives).map(|(tube, own)| DriveRecord {
+            tube,
+            pull_m: own.translation.motion(),
+            tension_N: own.translation.effort(),
+            rotation_rad: own.rotation.motion(),
+            torque_Nm: own.rotation.effort(),
+        });
+        Self {
+            actuators: drives.collect(),
+            rotation_means: "base",
+            loads: LoadsRecord::new(&command.loads, length),
         }
     }
 }
 
 impl LoadsRecord {
-    fn new(loads: &Loads, robot: &Robot) -> Self {
+    fn new(loads: &Loads, length: f64) -> Self {
         let Loads { wrenches, distributed, gravity, threads } = loads;
         let wrenches = wrenches.iter().map(|w| {
             let (on, at_m) = match w.station {
-                Station::Tip => ("tip", robot.length()),
+                Station::Tip => ("tip", length),
                 Station::Label(label) => ("section", label),
             };
             WrenchRecord {

@@ -7,7 +7,9 @@ use crate::design::Reader;
 use crate::errors;
 use crate::watch::stoppable;
 use cppr::analysis::{BundleAnalysis, Sensitivity};
-use cppr::bundle::solve::{BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort};
+use cppr::bundle::solve::{
+    BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
+};
 use cppr::bundle::{BundleDesign, BundleSection};
 use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
 use cppr::statics::{Loads, Wrench};
@@ -25,7 +27,7 @@ const MOST: f64 = 1e5;
 /// A checked robot of parts and joints. Immutable.
 #[pyclass(frozen, module = "cppr")]
 pub struct Bundle {
-    bundle: Arc<cppr::bundle::Bundle>,
+    pub bundle: Arc<cppr::bundle::Bundle>,
     pub design: Arc<BundleDesign>,
 }
 
@@ -139,7 +141,7 @@ impl Bundle {
         if !found.converged {
             return Err(errors::error(py, "NoEquilibrium", found.verdict()));
         }
-        if let Some(label) = cppr_sweep::load_behind_plate(&command, &found) {
+        if let Some(label) = load_behind_plate(&command, &found) {
             let text =
                 format!("a load acts at {label} m on tube 1, which was drawn in behind the plate there");
             return Err(errors::command(py, text));

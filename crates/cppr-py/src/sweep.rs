@@ -1,16 +1,21 @@
 //! Sweeps into a file: `cppr_sweep` on a robot file.
 
 use crate::arrays::vector;
-use crate::command::{Asked, Drives, suspicious};
+use crate::bundle::{Bundle, put};
+use crate::command::{Asked, Drives, add_loads, full_turns, suspicious};
 use crate::design::pick;
 use crate::errors;
 use crate::robot::Robot;
 use crate::watch::watched;
 use cppr::analysis::Teeth;
+use cppr::bundle::solve::{BundleCommand, TubeDrive};
 use cppr::solve::Quantity;
-use cppr::statics::Wrench;
-use cppr_io::robot_file;
-use cppr_sweep::{Axis, FileOptions, FileProblem, Format, Plan, Task, Values, Variable, Verdict, write_file};
+use cppr::statics::{Loads, Wrench};
+use cppr_io::bundle_file::{self, Described};
+use cppr_sweep::{
+    Axis, BundleSubject, FileOptions, FileProblem, Format, Plan, RobotSubject, Subject, Task, Values,
+    Variable, Verdict, write_file,
+};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -62,21 +67,49 @@ pub fn sweep<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let file = robot_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
+    let described = bundle_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
     let robot_text = std::fs::read_to_string(&path)?;
-    let robot = Robot::build(py, file.design)?.shared.robot.clone();
-    let (mut base, settings) = Asked {
-        drives: drives.each_ref().map(Option::as_ref),
-        loads: loads.as_ref(),
-        settings: settings.as_ref(),
-        ..Asked::default()
-    }
-    .read(&robot)?;
+    let mut subject = match described {
+        Described::Robot(file) => {
+            let robot = Robot::build(py, file.design)?.shared.robot.clone();
+            let (base, settings) = Asked {
+                drives: drives.each_ref().map(Option::as_ref),
+                loads: loads.as_ref(),
+                settings: settings.as_ref(),
+                ..Asked::default()
+            }
+            .read(&robot)?;
+            Subject::Robot(Box::new(RobotSubject { robot, base, settings }))
+        }
+        Described::Bundle(_) if settings.is_some() => {
+            return Err(errors::command(
+                py,
+                "settings are not for a robot with parts or joints, which has no modes",
+            ));
+        }
+        Described::Bundle(design) => {
+            let bundle = Bundle::build(py, design)?;
+            let mut base = BundleCommand {
+                drives: vec![TubeDrive::HELD; bundle.design.tubes.len()],
+                loads: Loads::none(),
+            };
+            put(py, &mut base.drives, &drives)?;
+            if let Some(list) = &loads {
+                add_loads(&mut base.loads, list)?;
+            }
+            let (bundle, design) = (bundle.bundle.as_ref().clone(), bundle.design.as_ref().clone());
+            Subject::Bundle(Box::new(BundleSubject { bundle, design, base, stretch: false }))
+        }
+    };
     if let Some((force, moment)) = tip {
         let mut wrench = Wrench::tip_force(vector("tip_force", &force)?);
         wrench.moment = vector("tip_moment", &moment)?;
+        let loads = match &mut subject {
+            Subject::Robot(own) => &mut own.base.loads,
+            Subject::Bundle(own) => &mut own.base.loads,
+        };
         // Axes of the tip's wrench count on it being the first.
-        base.loads.wrenches.insert(0, wrench);
+        loads.wrenches.insert(0, wrench);
     }
     let Some(format) = Format::of(&output) else {
         let text = format!("{}: tables are written as .csv, .npz or .parquet", output.display());
@@ -92,13 +125,16 @@ pub fn sweep<'py>(
     let plan = samples.map_or(Plan::Grid, |count| Plan::Samples { count, seed });
     for (what, _, _, distribution, a, b, _) in &axes {
         let largest = if distribution == "normal" { a.abs() } else { a.abs().max(b.abs()) };
-        let quantity = Quantity::named(what);
-        if let Some(text) = quantity.and_then(|quantity| suspicious(quantity, &robot, largest)) {
+        let text = Quantity::named(what).and_then(|quantity| match &subject {
+            Subject::Robot(own) => suspicious(quantity, &own.robot, largest),
+            Subject::Bundle(_) => full_turns(quantity, largest),
+        });
+        if let Some(text) = text {
             errors::warn(py, "UnitWarning", &text)?;
         }
     }
     let axes = axes.into_iter().map(axis).collect();
-    let task = Task { robot, robot_text, base, settings, axes, plan, margin, limits };
+    let task = Task { subject, robot_text, axes, plan, margin, limits };
     let total = usize::try_from(task.rows()).unwrap_or(usize::MAX);
     let mut result = None;
     watched(py, total, progress.as_ref(), |done, stop| {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -191,3 +192,20 @@ def test_it_is_calibrated() -> None:
     (fitted,) = fit.robots
     assert isinstance(fitted, cppr.Bundle)
     assert np.linalg.norm(fitted.solve().tip_position - robot.solve().tip_position) > 1e-3
+
+
+def test_it_is_swept_with_its_designs(tmp_path: Path) -> None:
+    robot = ROOT / "robots/bundles/uncut_ends.toml"
+    output = tmp_path / "ends.npz"
+    depths = {"tube1.part2.notches.depth_mm": cppr.Range(1.5, 1.6, 2)}
+    counts = cppr.sweep(robot, output, pull=cppr.Range(0.0, 1e-3, 3), vary=depths, limits="rigid")
+    assert counts == {"converged": 6}
+    table = np.load(output)
+    eq = uncut_ends().solve(pull=1e-3)
+    used = eq.limits().governing
+    assert used is not None and used.limit == "strain"
+    assert table["tip_y_m"][-1] == pytest.approx(eq.tip_position[1], abs=1e-8)
+    assert table["strain_utilisation"][-1] == pytest.approx(used.utilisation, rel=1e-4)
+    assert abs(table["tip_y_m"][2] - table["tip_y_m"][-1]) > 1e-5
+    with pytest.raises(cppr.CommandError, match="no modes"):
+        cppr.sweep(robot, output, pull=cppr.Range(0.0, 1e-3, 3), settings=cppr.Settings())

@@ -1,5 +1,6 @@
 //! What varies in a sweep, and over which values.
 
+use cppr::bundle::solve::BundleCommand;
 use cppr::solve::{Command, Input};
 use cppr::statics::{Loads, Station};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -86,17 +87,31 @@ impl Variable {
                 let there = command.set(input, value);
                 debug_assert!(there.is_ok(), "{there:?}");
             }
+            _ => self.load(&mut command.loads, value),
+        }
+    }
+
+    /// The same for a bundle.
+    pub(crate) fn put_in_bundle(&self, command: &mut BundleCommand, value: f64) {
+        match *self {
+            Self::Actuator(input) => *command = command.with_input(input, value),
+            _ => self.load(&mut command.loads, value),
+        }
+    }
+
+    fn load(&self, loads: &mut Loads, value: f64) {
+        match *self {
             Self::Force { wrench, component } => {
-                if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
+                if let Some(wrench) = loads.wrenches.get_mut(wrench) {
                     wrench.force[component] = value;
                 }
             }
             Self::Moment { wrench, component } => {
-                if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
+                if let Some(wrench) = loads.wrenches.get_mut(wrench) {
                     wrench.moment[component] = value;
                 }
             }
-            Self::Design(_) => {}
+            Self::Actuator(_) | Self::Design(_) => {}
         }
     }
 }

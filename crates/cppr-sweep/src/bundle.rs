@@ -1,216 +1,151 @@
-//! Sweeps of bundles: robots with parts, joints, free tips or curved tubes.
+//! Solving one chunk of a sweep of a bundle: a robot with parts, joints, free tips or curved tubes.
 //!
-//! A grid is solved run by run of its last axis, every pose from its neighbour, where that gives no stable equilibrium from rest;
-//! samples are solved from rest, one by one. Rows do not depend on threads: each run begins anew.
+//! Rows are solved one after another, along the last axis each from its neighbour, and from rest where that gives no stable equilibrium; samples and
+//! other designs are solved from rest.
 
-use crate::axis::{Axis, Variable};
+use crate::axis::Variable;
 use crate::chunking::Chunking;
-use crate::format::csv;
-use crate::halton::Halton;
-use crate::solver::quaternion;
-use crate::table::{Chunk, Column, ColumnKind, Verdict};
-use crate::task::{Plan, STATE};
-use cppr::bundle::Bundle;
-pub use cppr::bundle::solve::load_behind_plate;
-use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
+use crate::design::DesignKeys;
+use crate::solver::{begun, limits, quaternion};
+use crate::table::{Chunk, Verdict};
+use crate::task::{BundleSubject, Plan, STATE, Task};
+use cppr::analysis::{BundleAnalysis, Teeth, Utilisation};
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, load_behind_plate};
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::solve::Quantity;
-use rayon::ThreadPoolBuildError;
-use rayon::prelude::*;
-use std::io::Write;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Most poses of one sweep, which is held in memory.
-pub const MOST_BUNDLE_POSES: u64 = 1_000_000;
+/// Why a command cannot be asked of a bundle.
+pub(crate) const BEHIND_THE_PLATE: &str = "a joint or a load would lie behind the plate";
 
-/// A sweep of a bundle.
-#[derive(Clone, Debug)]
-pub struct BundleTask {
-    /// The robot.
-    pub bundle: Bundle,
-    /// Its name.
-    pub name: String,
-    /// What all poses have in common.
-    pub base: BundleCommand,
-    /// Are the tubes' centroid lines extensible?
-    pub stretch: bool,
-    /// Actuators and loads that vary, slowest first; no design keys.
-    pub axes: Vec<Axis>,
-    /// Which poses; no list.
-    pub plan: Plan,
+/// Solves a chunk; `None` where `stop` was set meanwhile.
+pub(crate) fn solve_chunk(
+    task: &Task,
+    own: &BundleSubject,
+    chunking: &Chunking,
+    number: u64,
+    stop: &AtomicBool,
+) -> Option<Chunk> {
+    let mut chunk = begun(task, chunking, number);
+    let axes = task.axes.len();
+    let mut keys =
+        DesignKeys::new(&task.robot_text, &task.design_keys()).ok().filter(|_| task.varies_design());
+    let is_design = |axis: &usize| matches!(task.axes[*axis].variable, Variable::Design(_));
+    let design = |chunk: &Chunk, row: usize| -> Vec<f64> {
+        (0..axes).filter(is_design).map(|axis| chunk.column(axis)[row]).collect()
+    };
+    let mut row = 0;
+    while row < chunk.rows {
+        let values = design(&chunk, row);
+        let end = (row..chunk.rows).find(|other| design(&chunk, *other) != values).unwrap_or(chunk.rows);
+        match keys.as_mut().map(|keys| keys.bundle(&values)) {
+            None => solve_rows(task, own, &own.bundle, &own.design, &mut chunk, row..end, stop)?,
+            Some(Ok((bundle, design))) => {
+                solve_rows(task, own, &bundle, &design, &mut chunk, row..end, stop)?;
+            }
+            Some(Err(_)) => {
+                for refused in row..end {
+                    chunk.set(axes, refused, f64::from(Verdict::InvalidDesign.code()));
+                }
+            }
+        }
+        row = end;
+    }
+    Some(chunk)
 }
 
-impl BundleTask {
-    /// Rows in all; saturates where they are beyond counting.
-    #[must_use]
-    pub fn rows(&self) -> u64 {
-        match self.plan {
-            Plan::Samples { count, .. } => count,
-            _ => self.axes.iter().fold(1, |n: u64, axis| n.saturating_mul(axis.values.count())),
+/// Solves rows of one robot; `None` where `stop` was set.
+fn solve_rows(
+    task: &Task,
+    own: &BundleSubject,
+    bundle: &Bundle,
+    design: &BundleDesign,
+    chunk: &mut Chunk,
+    rows: Range<usize>,
+    stop: &AtomicBool,
+) -> Option<()> {
+    let solver = BundleSolver::new(bundle).with_stretch(own.stretch);
+    let mut analysis = BundleAnalysis::new(solver, design);
+    let run = match task.plan {
+        Plan::Grid => task.axes.last().map_or(1, |axis| axis.values.count()),
+        _ => 1,
+    };
+    let mut before: Option<BundleEquilibrium> = None;
+    for row in rows {
+        if stop.load(Ordering::Relaxed) {
+            return None;
         }
-    }
-
-    /// The columns: inputs, status, tip, bend, length of the centreline, actuators of every tube, estimated error, Newton steps.
-    #[must_use]
-    pub fn columns(&self) -> Vec<Column> {
-        let number = |name: String| Column { name, kind: ColumnKind::Number };
-        let mut columns: Vec<Column> =
-            self.axes.iter().map(|axis| number(axis.variable.column(&self.base.loads))).collect();
-        columns.push(Column { name: "status".into(), kind: ColumnKind::Status });
-        let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
-        columns.extend(tip.map(|name| number(name.into())));
-        columns.extend(["bend_angle_rad", "length_m"].map(|name| number(name.into())));
-        for tube in 1..=self.base.drives.len() {
-            columns.extend(STATE.map(|quantity| number(format!("tube{tube}_{}", quantity.column()))));
+        if (chunk.first_row + row as u64) % run.max(1) == 0 {
+            before = None;
         }
-        columns.push(number("tip_error_m".into()));
-        columns.push(Column { name: "newton_steps".into(), kind: ColumnKind::Count });
-        columns
-    }
-
-    /// Solves all poses on `threads` threads (0: as many as the machine has); `done` is told how many more are solved.
-    ///
-    /// # Errors
-    /// Where threads cannot be started.
-    pub fn solve(&self, threads: usize, done: impl Fn(u64) + Sync) -> Result<Chunk, ThreadPoolBuildError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let rows = self.rows();
-        let run = match self.plan {
-            Plan::Samples { .. } => 1,
-            _ => self.axes.last().map_or(1, |axis| axis.values.count()).max(1),
+        let mut column = task.axes.len();
+        let command = command(task, own, chunk, row);
+        let mut put = |value: f64| {
+            chunk.set(column, row, value);
+            column += 1;
         };
-        let width = self.columns().len();
-        let solved: Vec<Vec<f64>> = pool.install(|| {
-            let starts: Vec<u64> = (0..rows / run).map(|number| number * run).collect();
-            let solve = |start: u64| {
-                let values = self.run(start..start + run);
-                done(run);
-                values
-            };
-            starts.into_par_iter().map(solve).collect()
-        });
-        // At most a million.
-        #[allow(clippy::cast_possible_truncation)]
-        let rows = rows as usize;
-        let mut chunk = Chunk { number: 0, first_row: 0, rows, values: vec![f64::NAN; rows * width] };
-        for (index, value) in solved.into_iter().flatten().enumerate() {
-            chunk.set(index % width, index / width, value);
+        if bundle.joint_behind_plate(&command.drives).is_some() {
+            put(f64::from(Verdict::InvalidCommand.code()));
+            continue;
         }
-        Ok(chunk)
-    }
-
-    /// The rows of successive poses, one behind the other.
-    fn run(&self, rows: std::ops::Range<u64>) -> Vec<f64> {
-        let mut solver = BundleSolver::new(&self.bundle).with_stretch(self.stretch);
-        let mut before: Option<BundleEquilibrium> = None;
-        let mut table = Vec::new();
-        for row in rows {
-            let inputs = self.inputs(row);
-            let command = self.command(&inputs);
-            if self.bundle.joint_behind_plate(&command.drives).is_some() {
-                table.extend(inputs);
-                self.refuse(Verdict::InvalidCommand, &mut table);
-                continue;
-            }
-            let near = before.take().map(|start| solver.solve_from(&command, &start));
-            let found = match near.filter(|found| found.converged && found.stable) {
-                Some(found) => found,
-                None => solver.solve(&command),
-            };
-            table.extend(inputs);
-            self.write(&command, &found, &mut table);
-            before = found.converged.then_some(found);
-        }
-        table
-    }
-
-    /// Values of all axes in a row.
-    fn inputs(&self, row: u64) -> Vec<f64> {
-        if let Plan::Samples { seed, .. } = self.plan {
-            let halton = Halton::new(self.axes.len(), seed);
-            let axes = self.axes.iter().enumerate();
-            return axes.map(|(j, axis)| axis.values.quantile(halton.at(row, j))).collect();
-        }
-        let counts: Vec<u64> = self.axes.iter().map(|axis| axis.values.count()).collect();
-        let mut digits = vec![0; counts.len()];
-        Chunking::new(&counts).digits(row, &mut digits);
-        self.axes.iter().zip(digits).map(|(axis, digit)| axis.values.at(digit)).collect()
-    }
-
-    fn command(&self, inputs: &[f64]) -> BundleCommand {
-        let mut command = self.base.clone();
-        for (axis, &value) in self.axes.iter().zip(inputs) {
-            match axis.variable {
-                Variable::Actuator(input) => command = command.with_input(input, value),
-                Variable::Force { wrench, component } => {
-                    if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
-                        wrench.force[component] = value;
-                    }
-                }
-                Variable::Moment { wrench, component } => {
-                    if let Some(wrench) = command.loads.wrenches.get_mut(wrench) {
-                        wrench.moment[component] = value;
-                    }
-                }
-                Variable::Design(_) => {}
-            }
-        }
-        command
-    }
-
-    /// Verdict of a row and, where there is an equilibrium, its numbers.
-    fn write(&self, command: &BundleCommand, found: &BundleEquilibrium, table: &mut Vec<f64>) {
-        let verdict = match (found.converged, found.stable) {
-            (false, _) => Verdict::PathEnds,
-            _ if load_behind_plate(command, found).is_some() => Verdict::InvalidCommand,
-            (true, true) => Verdict::Converged,
-            (true, false) => Verdict::Unstable,
+        let solver = &mut analysis.solver;
+        let near = before.take().map(|start| solver.solve_from(&command, &start));
+        let found = match near.filter(|found| found.converged && found.stable) {
+            Some(found) => found,
+            None => solver.solve(&command),
         };
-        if !verdict.is_equilibrium() {
-            self.refuse(verdict, table);
-            return;
+        write(&analysis, task.limits, &command, &found, &mut put);
+        before = found.converged.then_some(found);
+    }
+    Some(())
+}
+
+/// What is asked in a row.
+pub(crate) fn command(task: &Task, own: &BundleSubject, chunk: &Chunk, row: usize) -> BundleCommand {
+    let mut command = own.base.clone();
+    for (axis, varies) in task.axes.iter().enumerate() {
+        varies.variable.put_in_bundle(&mut command, chunk.column(axis)[row]);
+    }
+    command
+}
+
+/// Writes the verdict of a row and, where there is an equilibrium, its numbers.
+fn write(
+    analysis: &BundleAnalysis<'_>,
+    teeth: Option<Teeth>,
+    command: &BundleCommand,
+    found: &BundleEquilibrium,
+    put: &mut impl FnMut(f64),
+) {
+    let verdict = match found.status().into() {
+        Verdict::Converged | Verdict::Unstable if load_behind_plate(command, found).is_some() => {
+            Verdict::InvalidCommand
         }
-        table.push(f64::from(verdict.code()));
-        table.extend(found.tip.iter());
-        table.extend(quaternion(&found.frame));
-        let tangent = found.frame.column(0);
-        table.push(tangent.y.hypot(tangent.z).atan2(tangent.x));
-        table.push(found.length);
-        for own in &found.efforts {
-            table.extend(STATE.map(|quantity| match quantity {
+        other => other,
+    };
+    put(f64::from(verdict.code()));
+    if !verdict.is_equilibrium() {
+        return;
+    }
+    found.tip.iter().for_each(|v| put(*v));
+    quaternion(&found.frame).into_iter().for_each(&mut *put);
+    let tangent = found.frame.column(0);
+    put(tangent.y.hypot(tangent.z).atan2(tangent.x));
+    put(found.length);
+    for own in &found.efforts {
+        for quantity in STATE {
+            put(match quantity {
                 Quantity::PULL => own.label,
                 Quantity::ROTATION => own.rotation,
                 Quantity::TENSION => own.force,
                 _ => own.torque,
-            }));
+            });
         }
-        table.push(found.error[0]);
-        table.push(found.iterations as f64);
     }
-
-    /// A row without numbers.
-    fn refuse(&self, verdict: Verdict, table: &mut Vec<f64>) {
-        table.push(f64::from(verdict.code()));
-        table.extend(std::iter::repeat_n(f64::NAN, self.columns().len() - self.axes.len() - 1));
+    if let Some(teeth) = teeth {
+        limits(&Utilisation::of(&analysis.section_limits(found, teeth)), put);
     }
-
-    /// The table as CSV, a description of the sweep in its first line behind `#`.
-    ///
-    /// # Errors
-    /// None that memory does not have.
-    pub fn csv(&self, chunk: &Chunk) -> std::io::Result<Vec<u8>> {
-        let about = serde_json::json!({
-            "format": "cppr sweep of a bundle", "cppr_version": env!("CARGO_PKG_VERSION"), "robot": self.name, "rows": chunk.rows,
-        });
-        let columns = self.columns();
-        let mut text = Vec::new();
-        writeln!(text, "# {about}")?;
-        csv::head(&mut text, &columns)?;
-        let reason = "a joint or a load would lie behind the plate";
-        let status = self.axes.len();
-        let of = |row: usize| {
-            let refused = Verdict::from_code(chunk.column(status)[row]) == Some(Verdict::InvalidCommand);
-            refused.then(|| reason.to_owned())
-        };
-        text.extend(csv::lines(chunk, &columns, of));
-        Ok(text)
-    }
+    put(found.error[0]);
+    put(found.iterations as f64);
 }

@@ -1,9 +1,10 @@
 //! What a task cannot be.
 
 use crate::axis::{Values, Variable};
+use crate::bundle::BEHIND_THE_PLATE;
 use crate::design::{DesignKeys, KeyProblem};
 use crate::table::{Chunk, Verdict};
-use crate::task::{MOST_POSES, Plan, Task};
+use crate::task::{MOST_POSES, Plan, RobotSubject, Subject, Task};
 use cppr::solve::{Command, SettingsProblem, Solver, Status};
 use std::fmt;
 
@@ -28,6 +29,8 @@ pub enum TaskProblem {
     Key(KeyProblem),
     /// The robot cannot be solved with the settings.
     Settings(SettingsProblem),
+    /// A margin of a robot with parts or joints.
+    NoMargin,
 }
 
 impl fmt::Display for TaskProblem {
@@ -51,6 +54,12 @@ impl fmt::Display for TaskProblem {
             Self::NoSuchInput(axis) => write!(f, "{axis}: the robot has no such actuator or load"),
             Self::Key(problem) => problem.fmt(f),
             Self::Settings(problem) => problem.fmt(f),
+            Self::NoMargin => {
+                write!(
+                    f,
+                    "a margin to instability is not known for robots with parts or joints; the status says whether they are stable"
+                )
+            }
         }
     }
 }
@@ -63,12 +72,16 @@ impl Task {
     /// # Errors
     /// The first problem found.
     pub fn check(&self) -> Result<(), TaskProblem> {
-        self.settings.check(&self.robot).map_err(TaskProblem::Settings)?;
+        match &self.subject {
+            Subject::Robot(own) => own.settings.check(&own.robot).map_err(TaskProblem::Settings)?,
+            Subject::Bundle(_) if self.margin => return Err(TaskProblem::NoMargin),
+            Subject::Bundle(_) => {}
+        }
         if self.axes.is_empty() {
             return Err(TaskProblem::NoAxis);
         }
         for (i, axis) in self.axes.iter().enumerate() {
-            let name = axis.variable.column(&self.base.loads);
+            let name = axis.variable.column(self.loads());
             if self.axes[..i].iter().any(|other| same_input(&other.variable, &axis.variable)) {
                 return Err(TaskProblem::Twice(name));
             }
@@ -84,9 +97,12 @@ impl Task {
             if self.plan == Plan::Grid && matches!(axis.values, Values::Normal { .. }) {
                 return Err(TaskProblem::NotSampled(name));
             }
-            let wrenches = self.base.loads.wrenches.len();
+            let wrenches = self.loads().wrenches.len();
             let there = match axis.variable {
-                Variable::Actuator(input) => self.base.actuator(input.tube).is_some(),
+                Variable::Actuator(input) => match &self.subject {
+                    Subject::Robot(own) => own.base.actuator(input.tube).is_some(),
+                    Subject::Bundle(own) => (1..=own.design.tubes.len()).contains(&input.tube),
+                },
                 Variable::Force { wrench, component } | Variable::Moment { wrench, component } => {
                     wrench < wrenches && component < 3
                 }
@@ -117,9 +133,15 @@ impl Task {
         if !matches!(verdict, Verdict::InvalidDesign | Verdict::InvalidCommand) {
             return None;
         }
-        match self.row(chunk, row) {
-            Ok((solver, command)) => solver.check(&command).err().map(|problem| problem.to_string()),
-            Err(problem) => Some(problem),
+        match &self.subject {
+            Subject::Robot(own) => match self.row(own, chunk, row) {
+                Ok((solver, command)) => solver.check(&command).err().map(|problem| problem.to_string()),
+                Err(problem) => Some(problem),
+            },
+            Subject::Bundle(_) if verdict == Verdict::InvalidDesign => {
+                self.keys().and_then(|mut keys| keys.bundle(&self.values(chunk, row)).map(|_| ())).err()
+            }
+            Subject::Bundle(_) => Some(BEHIND_THE_PLATE.into()),
         }
     }
 
@@ -127,28 +149,43 @@ impl Task {
     /// equilibrium or its error is not known.
     #[must_use]
     pub fn error(&self, chunk: &Chunk, row: usize) -> Option<f64> {
-        let (mut solver, command) = self.row(chunk, row).ok()?;
+        let own = match &self.subject {
+            Subject::Robot(own) => own,
+            Subject::Bundle(_) => {
+                let place = self.columns().iter().position(|column| column.name == "tip_error_m")?;
+                let own = chunk.column(place)[row] / self.length();
+                return own.is_finite().then_some(own);
+            }
+        };
+        let (mut solver, command) = self.row(own, chunk, row).ok()?;
         let found = solver.solve(&command).ok().filter(|found| found.status() == Status::Converged)?;
         let own = solver.accuracy(&found)?;
         Some(own.tip / found.robot().length())
     }
 
     /// A solver of the robot of a row, and its command.
-    fn row(&self, chunk: &Chunk, row: usize) -> Result<(Solver, Command), String> {
-        let of = |axis: usize| chunk.column(axis)[row];
-        let axes = 0..self.axes.len();
+    fn row(&self, own: &RobotSubject, chunk: &Chunk, row: usize) -> Result<(Solver, Command), String> {
         let robot = if self.varies_design() {
-            let mut keys =
-                DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(|p| p.to_string())?;
-            let design = |axis: &usize| matches!(self.axes[*axis].variable, Variable::Design(_));
-            keys.robot(&axes.filter(design).map(of).collect::<Vec<_>>())?
+            self.keys()?.robot(&self.values(chunk, row))?
         } else {
-            self.robot.clone()
+            own.robot.clone()
         };
-        let mut command = self.base.clone();
-        self.axes.iter().enumerate().for_each(|(axis, own)| own.variable.put(&mut command, of(axis)));
-        let solver = Solver::with_settings(&robot, self.settings).map_err(|problem| problem.to_string())?;
+        let mut command = own.base.clone();
+        for (axis, varies) in self.axes.iter().enumerate() {
+            varies.variable.put(&mut command, chunk.column(axis)[row]);
+        }
+        let solver = Solver::with_settings(&robot, own.settings).map_err(|problem| problem.to_string())?;
         Ok((solver, command))
+    }
+
+    fn keys(&self) -> Result<DesignKeys, String> {
+        DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(|problem| problem.to_string())
+    }
+
+    /// Values of the design keys in a row.
+    fn values(&self, chunk: &Chunk, row: usize) -> Vec<f64> {
+        let design = |axis: &usize| matches!(self.axes[*axis].variable, Variable::Design(_));
+        (0..self.axes.len()).filter(design).map(|axis| chunk.column(axis)[row]).collect()
     }
 
     pub(crate) fn design_keys(&self) -> Vec<&str> {

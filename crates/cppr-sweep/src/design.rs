@@ -2,10 +2,11 @@
 //!
 //! `tube2.notches.depth_mm` is the key `depth_mm` under `[tube.notches]` of the second `[[tube]]`;
 //! `material.youngs_modulus_GPa` and `length_mm` stand outside the tubes. A number behind a dot picks an entry of a list,
-//! from 0: `tube1.notches.depth_mm.0`.
+//! from 0: `tube1.notches.depth_mm.0`. Parts and joints have numbers from 1: `tube1.part2.length_mm`, `joint1.at_mm.0`.
 
-use cppr::design::Robot;
-use cppr_io::Problem;
+use cppr::bundle::{Bundle, BundleDesign};
+use cppr::design::{DesignProblems, Robot};
+use cppr_io::{Problem, Problems};
 use std::fmt;
 use toml::{Table, Value};
 
@@ -80,6 +81,22 @@ impl DesignKeys {
     /// # Errors
     /// The problems as one text.
     pub fn robot(&mut self, values: &[f64]) -> Result<Robot, String> {
+        let file = cppr_io::robot_file::parse(&self.text(values)).map_err(|problems| told(&problems))?;
+        Robot::from_design(file.design).map_err(|list| unsound(&list))
+    }
+
+    /// The same of a robot with parts or joints.
+    ///
+    /// # Errors
+    /// As [`Self::robot`].
+    pub fn bundle(&mut self, values: &[f64]) -> Result<(Bundle, BundleDesign), String> {
+        let design = cppr_io::bundle_file::parse(&self.text(values)).map_err(|problems| told(&problems))?;
+        let bundle = Bundle::new(&design).map_err(|list| unsound(&list))?;
+        Ok((bundle, design))
+    }
+
+    /// The file with these values.
+    fn text(&mut self, values: &[f64]) -> String {
         for (path, value) in self.keys.iter().zip(values) {
             if let Ok(target) = find(&mut self.file, path) {
                 // Where a whole number is written, as for the count of notches, one is wanted.
@@ -93,24 +110,34 @@ impl DesignKeys {
                 };
             }
         }
-        let file = cppr_io::robot_file::parse(&self.file.to_string()).map_err(|problems| {
-            // Lines and excerpts would be those of a text that nobody wrote.
-            let each = |p: &Problem| format!("{}: {}. {}", p.key, p.message, p.help).trim().to_owned();
-            problems.list.iter().map(each).collect::<Vec<_>>().join(" ")
-        })?;
-        Robot::from_design(file.design)
-            .map_err(|list| list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
+        self.file.to_string()
     }
 }
 
-/// `tube2.x` is entry 1 of the list `tube`.
+/// Problems without lines and excerpts, which would be those of a text that nobody wrote.
+fn told(problems: &Problems) -> String {
+    let each = |p: &Problem| format!("{}: {}. {}", p.key, p.message, p.help).trim().to_owned();
+    problems.list.iter().map(each).collect::<Vec<_>>().join(" ")
+}
+
+fn unsound(list: &DesignProblems) -> String {
+    list.0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+/// Lists whose entries have numbers from 1, and how deep in the file they stand.
+const LISTS: [(&str, usize); 3] = [("tube", 0), ("joint", 0), ("part", 2)];
+
+/// `tube2.part1.x` is entry 0 of the list `part` of entry 1 of the list `tube`.
 fn path_of(key: &str) -> Vec<String> {
-    let mut path = Vec::new();
+    let mut path: Vec<String> = Vec::new();
     for part in key.split('.') {
-        let number = part.strip_prefix("tube").and_then(|n| n.parse::<usize>().ok());
-        match number.and_then(|n| n.checked_sub(1)) {
-            Some(index) if path.is_empty() => path.extend(["tube".to_owned(), index.to_string()]),
-            _ => path.push(part.to_owned()),
+        let entry = LISTS.into_iter().find_map(|(name, depth)| {
+            let number = part.strip_prefix(name)?.parse::<usize>().ok()?;
+            Some((name, number.checked_sub(1).filter(|_| path.len() == depth)?))
+        });
+        match entry {
+            Some((name, index)) => path.extend([name.to_owned(), index.to_string()]),
+            None => path.push(part.to_owned()),
         }
     }
     path
@@ -141,7 +168,9 @@ fn listed(table: &Table) -> String {
     let names: Vec<String> = table
         .iter()
         .map(|(name, value)| match value {
-            Value::Array(list) if name == "tube" => format!("tube1 to tube{}", list.len()),
+            Value::Array(list) if LISTS.iter().any(|(own, _)| own == name) => {
+                format!("{name}1 to {name}{}", list.len())
+            }
             _ => name.clone(),
         })
         .collect();

@@ -4,7 +4,7 @@
 //! quasi-random samples, a list). [`run`] solves it chunk by chunk on several threads and hands the chunks over in
 //! order; [`write_file`] journals them, so that nothing that was solved is lost, and assembles CSV, NPZ or Parquet.
 //!
-//! [`solve_many`] solves into memory; a [`BundleTask`] is a sweep of a robot with parts or joints, in memory as well.
+//! [`solve_many`] solves into memory.
 //!
 //! Every pose is a row, solved or not: columns of numbers in SI units (see [`Task::columns`]), NaN where there is no
 //! equilibrium, and a [`Verdict`]. Rows depend on the task alone, not on threads, interruptions or earlier chunks: every
@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use cppr::{design::Robot, solve::{Command, Quantity, Settings}};
-//! use cppr_sweep::{Axis, Plan, Task, Values, Variable, run};
+//! use cppr_sweep::{Axis, Plan, RobotSubject, Subject, Task, Values, Variable, run};
 //! use std::{ops::ControlFlow, sync::atomic::AtomicBool};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,13 +20,15 @@
 //! let robot = Robot::from_design(cppr_io::robot_file::parse(&robot_text)?.design)?;
 //! let pull = Variable::Actuator(Quantity::PULL.of_tube(2));
 //! let task = Task {
-//!     base: Command::held(&robot),
-//!     settings: Settings::planar(),
+//!     subject: Subject::Robot(Box::new(RobotSubject {
+//!         base: Command::held(&robot),
+//!         settings: Settings::planar(),
+//!         robot,
+//!     })),
 //!     axes: vec![Axis { variable: pull, values: Values::Range { from: -5e-3, to: 5e-3, count: 11 } }],
 //!     plan: Plan::Grid,
 //!     margin: false,
 //!     limits: None,
-//!     robot,
 //!     robot_text,
 //! };
 //! task.check()?;
@@ -59,7 +61,6 @@ mod table;
 mod task;
 
 pub use axis::{Axis, Values, Variable};
-pub use bundle::{BundleTask, MOST_BUNDLE_POSES, load_behind_plate};
 pub use check::TaskProblem;
 pub use design::{DesignKeys, KeyProblem};
 pub use file::{FileOptions, FileProblem, Finished, write_file};
@@ -69,4 +70,4 @@ pub use many::{Memory, ONE_BLOCK, Poses, solve_many};
 pub use run::run;
 pub use study::{Influence, PERCENTILES, Report, Statistics, Study};
 pub use table::{Chunk, Column, Verdict};
-pub use task::{MOST_POSES, Plan, Task};
+pub use task::{BundleSubject, MOST_POSES, Plan, RobotSubject, Subject, Task};

@@ -2,8 +2,9 @@
 
 use crate::axis::Values;
 use crate::table::{ColumnKind, Verdict};
-use crate::task::{Plan, Task};
+use crate::task::{Plan, Subject, Task};
 use cppr::analysis::Teeth;
+use cppr::bundle::TubeParts;
 use cppr_io::result::{CommandRecord, ResolutionRecord, formulation_name};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
@@ -16,7 +17,7 @@ pub(crate) fn manifest(task: &Task) -> Value {
         .axes
         .iter()
         .map(|axis| {
-            let column = axis.variable.column(&task.base.loads);
+            let column = axis.variable.column(task.loads());
             match axis.values {
                 Values::Range { from, to, count: 0 } => json!({ "column": column, "from": from, "to": to }),
                 Values::Range { from, to, count } => {
@@ -52,25 +53,42 @@ pub(crate) fn manifest(task: &Task) -> Value {
             json!({ "name": column.name, "kind": kind })
         })
         .collect();
-    json!({
+    let (command, formulation, resolution, tolerance, stretch) = match &task.subject {
+        Subject::Robot(own) => (
+            CommandRecord::new(&own.base, &own.robot),
+            formulation_name(own.settings.formulation),
+            Some(ResolutionRecord::from(own.settings.resolution)),
+            Some(own.settings.tolerance),
+            None,
+        ),
+        Subject::Bundle(own) => {
+            let length = own.design.tubes.first().map_or(0.0, TubeParts::length);
+            (CommandRecord::of_bundle(&own.base, length), "bundle", None, None, Some(own.stretch))
+        }
+    };
+    let mut whole = json!({
         "schema": "cppr/sweep",
         "schema_version": SCHEMA_VERSION,
         "cppr_version": env!("CARGO_PKG_VERSION"),
-        "robot": task.robot.design().name,
-        "robot_length_m": task.robot.length(),
+        "robot": task.name(),
+        "robot_length_m": task.length(),
         "robot_file": task.robot_text,
         "robot_file_sha256": hex(task.robot_text.as_bytes()),
-        "command": CommandRecord::new(&task.base, &task.robot),
-        "formulation": formulation_name(task.settings.formulation),
-        "resolution": ResolutionRecord::from(task.settings.resolution),
-        "tolerance": task.settings.tolerance,
+        "command": command,
+        "formulation": formulation,
+        "resolution": resolution,
+        "tolerance": tolerance,
         "teeth": task.limits.map(|teeth| if teeth == Teeth::Rigid { "rigid" } else { "bending" }),
         "plan": plan,
         "axes": axes,
         "rows": task.rows(),
         "columns": columns,
         "status_codes": codes,
-    })
+    });
+    if let Some(stretch) = stretch {
+        whole["stretch"] = stretch.into();
+    }
+    whole
 }
 
 /// Names of the entries in which two descriptions differ.

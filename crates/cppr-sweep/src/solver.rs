@@ -1,11 +1,12 @@
 //! Solving one chunk: runs of successive rows that share a robot go side by side.
 
 use crate::axis::Variable;
+use crate::bundle;
 use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::table::{Chunk, Verdict};
-use crate::task::{Inputs, STATE, Task};
-use cppr::analysis::Place;
+use crate::task::{Inputs, RobotSubject, STATE, Subject, Task};
+use cppr::analysis::{Place, Utilisation};
 use cppr::many::{March, Solved, Start};
 use cppr::solve::Solver;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -14,6 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Solves a chunk; `None` where `stop` was set meanwhile. What comes out depends on the task and the chunk only.
 pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &AtomicBool) -> Option<Chunk> {
+    match &task.subject {
+        Subject::Robot(own) => solve_robot(task, own, chunking, number, stop),
+        Subject::Bundle(own) => bundle::solve_chunk(task, own, chunking, number, stop),
+    }
+}
+
+/// A chunk whose columns of inputs are filled in.
+pub(crate) fn begun(task: &Task, chunking: &Chunking, number: u64) -> Chunk {
     let range = chunking.rows_of(number);
     // At most a few thousand.
     #[allow(clippy::cast_possible_truncation)]
@@ -21,11 +30,25 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
     let (axes, width) = (task.axes.len(), task.columns().len());
     let mut chunk = Chunk { number, first_row: range.start, rows, values: vec![f64::NAN; rows * width] };
     let mut inputs = Inputs::new(task, chunking);
-    let mut values = vec![0.0; rows * axes];
-    for (row, own) in values.chunks_exact_mut(axes).enumerate() {
-        inputs.of(range.start + row as u64, own);
+    let mut own = vec![0.0; axes];
+    for row in 0..rows {
+        inputs.of(range.start + row as u64, &mut own);
         own.iter().enumerate().for_each(|(column, value)| chunk.set(column, row, *value));
     }
+    chunk
+}
+
+fn solve_robot(
+    task: &Task,
+    own: &RobotSubject,
+    chunking: &Chunking,
+    number: u64,
+    stop: &AtomicBool,
+) -> Option<Chunk> {
+    let mut chunk = begun(task, chunking, number);
+    let (axes, inputs) = (task.axes.len(), Inputs::new(task, chunking));
+    let values: Vec<f64> =
+        (0..chunk.rows * axes).map(|place| chunk.column(place % axes)[place / axes]).collect();
     let of = |row: usize| &values[row * axes..(row + 1) * axes];
     let is_design = |axis: usize| matches!(task.axes[axis].variable, Variable::Design(_));
     let design = |row: usize| (0..axes).filter(|axis| is_design(*axis)).map(move |axis| of(row)[axis]);
@@ -33,7 +56,7 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
     let keys = task.varies_design().then(|| DesignKeys::new(&task.robot_text, &task.design_keys()).ok());
     let mut keys = keys.flatten();
     // A task that was checked has settings that make sense.
-    let mut march = March::new(Solver::with_settings(&task.robot, task.settings).ok()?);
+    let mut march = March::new(Solver::with_settings(&own.robot, own.settings).ok()?);
     for run in inputs.path(number).chunk_by(|a, b| same_robot(*a, *b)) {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -47,7 +70,7 @@ pub(crate) fn solve_chunk(task: &Task, chunking: &Chunking, number: u64, stop: &
             continue;
         }
         let flow = march.run(
-            &task.base,
+            &own.base,
             Start::Neighbour,
             run.len(),
             |pose, command| {
@@ -96,19 +119,23 @@ fn write(task: &Task, solved: Option<Solved>, mut put: impl FnMut(f64)) {
         put(solved.margin().unwrap_or(f64::NAN));
     }
     if let Some(teeth) = task.limits {
-        let used = solved.utilisation(teeth);
-        for (value, spot) in [used.strain, used.closure, used.torsion].into_iter().zip(used.places) {
-            let notch = match spot.map(|spot| spot.place) {
-                Some(Place::Notch(number)) => f64::from(number),
-                _ => f64::NAN,
-            };
-            put(value.unwrap_or(f64::NAN));
-            put(spot.map_or(f64::NAN, |spot| spot.tube as f64));
-            put(notch);
-            put(spot.map_or(f64::NAN, |spot| spot.abscissa));
-        }
+        limits(&solved.utilisation(teeth), &mut put);
     }
     put(equilibrium.statistics().iterations as f64);
+}
+
+/// Utilisations, each with its place.
+pub(crate) fn limits(used: &Utilisation, put: &mut impl FnMut(f64)) {
+    for (value, spot) in [used.strain, used.closure, used.torsion].into_iter().zip(used.places) {
+        let notch = match spot.map(|spot| spot.place) {
+            Some(Place::Notch(number)) => f64::from(number),
+            _ => f64::NAN,
+        };
+        put(value.unwrap_or(f64::NAN));
+        put(spot.map_or(f64::NAN, |spot| spot.tube as f64));
+        put(notch);
+        put(spot.map_or(f64::NAN, |spot| spot.abscissa));
+    }
 }
 
 /// w, x, y, z of a rotation, w ≥ 0.

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 pub const PERCENTILES: [f64; 3] = [5.0, 50.0, 95.0];
 /// Values that are kept for percentiles, per output; of more rows every second, fourth, … is kept.
 const MOST: usize = 1 << 15;
-/// Deviations below this part of the mean are rounding.
+/// Deviations below this part of the mean, or of a unit where the mean is less, are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Statistics of one output over the stable poses.
@@ -160,7 +160,7 @@ impl Study {
                     percentiles: PERCENTILES.map(|percent| quantile(&sorted, percent / 100.0)),
                     range: self.range[i],
                 };
-                (statistics.deviation > ROUNDING * statistics.mean.abs()).then_some(statistics)
+                (statistics.deviation > ROUNDING * statistics.mean.abs().max(1.0)).then_some(statistics)
             })
             .collect();
         let (inputs, linear) = self.influences(&covariance).unwrap_or((Vec::new(), f64::NAN));

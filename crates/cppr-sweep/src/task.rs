@@ -5,8 +5,11 @@ use crate::chunking::Chunking;
 use crate::halton::Halton;
 use crate::table::{Column, ColumnKind};
 use cppr::analysis::Teeth;
+use cppr::bundle::solve::BundleCommand;
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::Robot;
 use cppr::solve::{Command, Quantity, Settings};
+use cppr::statics::Loads;
 use std::ops::Range;
 
 /// Motions and efforts of an actuator, in the order of their columns.
@@ -32,43 +35,109 @@ pub enum Plan {
     List(Vec<f64>),
 }
 
-/// A sweep of a robot.
+/// A robot of tubes of one length, joined at the tip.
 #[derive(Clone, Debug)]
-pub struct Task {
+pub struct RobotSubject {
     /// The robot as its file says.
     pub robot: Robot,
-    /// The text of its file; may be empty where no axis varies the design.
-    pub robot_text: String,
     /// What all poses have in common.
     pub base: Command,
     /// How to solve.
     pub settings: Settings,
+}
+
+/// A robot with parts or joints.
+#[derive(Clone, Debug)]
+pub struct BundleSubject {
+    /// The robot as its file says.
+    pub bundle: Bundle,
+    /// What it is made of.
+    pub design: BundleDesign,
+    /// What all poses have in common.
+    pub base: BundleCommand,
+    /// Are the tubes' centroid lines extensible?
+    pub stretch: bool,
+}
+
+/// What a sweep is of.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// Tubes of one length, joined at the tip.
+    Robot(Box<RobotSubject>),
+    /// Anything else.
+    Bundle(Box<BundleSubject>),
+}
+
+/// A sweep of a robot.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The robot, and what all poses have in common.
+    pub subject: Subject,
+    /// The text of its file; may be empty where no axis varies the design.
+    pub robot_text: String,
     /// What varies, slowest first.
     pub axes: Vec<Axis>,
     /// Which poses.
     pub plan: Plan,
-    /// Compute the margin to instability of every pose.
+    /// Compute the margin to instability of every pose; not for bundles.
     pub margin: bool,
     /// Compute strain and closure of every notch, the teeth as given.
     pub limits: Option<Teeth>,
 }
 
 impl Task {
-    /// The columns: inputs, status, tip, bend, actuators, energy, margin and limits where asked for, Newton steps.
+    /// Name of the robot.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match &self.subject {
+            Subject::Robot(own) => &own.robot.design().name,
+            Subject::Bundle(own) => &own.design.name,
+        }
+    }
+
+    /// Length of the robot, of the longest tube of a bundle (m).
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match &self.subject {
+            Subject::Robot(own) => own.robot.length(),
+            Subject::Bundle(own) => own.bundle.length(),
+        }
+    }
+
+    /// Loads that all poses have in common.
+    #[must_use]
+    pub fn loads(&self) -> &Loads {
+        match &self.subject {
+            Subject::Robot(own) => &own.base.loads,
+            Subject::Bundle(own) => &own.base.loads,
+        }
+    }
+
+    /// The columns: inputs, status, tip, bend, of a bundle the length of its centreline, actuators, energy, margin and limits where asked for, of a
+    /// bundle the estimated error, Newton steps.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let number = |name: String| Column { name, kind: ColumnKind::Number };
         let mut columns: Vec<Column> =
-            self.axes.iter().map(|axis| number(axis.variable.column(&self.base.loads))).collect();
+            self.axes.iter().map(|axis| number(axis.variable.column(self.loads()))).collect();
         columns.push(Column { name: "status".into(), kind: ColumnKind::Status });
         let tip = ["tip_x_m", "tip_y_m", "tip_z_m", "tip_qw", "tip_qx", "tip_qy", "tip_qz"];
         columns.extend(tip.map(|name| number(name.into())));
         columns.push(number("bend_angle_rad".into()));
-        for tube in self.robot.followers() {
+        let tubes = match &self.subject {
+            Subject::Robot(own) => own.robot.followers(),
+            Subject::Bundle(own) => {
+                columns.push(number("length_m".into()));
+                1..=own.design.tubes.len()
+            }
+        };
+        for tube in tubes {
             let own = STATE.map(|quantity| number(format!("tube{tube}_{}", quantity.column())));
             columns.extend(own);
         }
-        columns.push(number("elastic_energy_J".into()));
+        if let Subject::Robot(_) = self.subject {
+            columns.push(number("elastic_energy_J".into()));
+        }
         if self.margin {
             columns.push(number("margin_to_instability".into()));
         }
@@ -78,6 +147,9 @@ impl Task {
                 columns.push(number(format!("{limit}_utilisation")));
                 columns.extend([count("tube"), count("notch"), number(format!("{limit}_x_m"))]);
             }
+        }
+        if let Subject::Bundle(_) = self.subject {
+            columns.push(number("tip_error_m".into()));
         }
         columns.push(Column { name: "newton_steps".into(), kind: ColumnKind::Count });
         columns

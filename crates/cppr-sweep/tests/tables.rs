@@ -8,8 +8,8 @@ use cppr::kinematics::Resolution;
 use cppr::solve::{Command, Drive, Equilibrium, Freedom, Input, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
-    Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, Study, Task, TaskProblem,
-    Values, Variable, Verdict, parts_of, run, write_file,
+    Axis, Chunk, DesignKeys, FileOptions, FileProblem, Format, KeyProblem, Plan, RobotSubject, Study,
+    Subject, Task, TaskProblem, Values, Variable, Verdict, parts_of, run, write_file,
 };
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -39,7 +39,18 @@ fn task(name: &str, axes: Vec<Axis>) -> Task {
         ..Loads::none()
     });
     let settings = Settings::default().with_resolution(Resolution::PAPER);
-    Task { robot, robot_text, base, settings, axes, plan: Plan::Grid, margin: false, limits: None }
+    let subject = Subject::Robot(Box::new(RobotSubject { robot, base, settings }));
+    Task { subject, robot_text, axes, plan: Plan::Grid, margin: false, limits: None }
+}
+
+fn own(task: &Task) -> &RobotSubject {
+    let Subject::Robot(own) = &task.subject else { panic!("{} is a bundle", task.name()) };
+    own
+}
+
+fn own_mut(task: &mut Task) -> &mut RobotSubject {
+    let Subject::Robot(own) = &mut task.subject else { panic!("no robot") };
+    own
 }
 
 fn grid() -> Task {
@@ -77,7 +88,7 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
     let task = grid();
     let table = rows(&task, 2);
     assert_eq!(table.len(), 3 * 11 * 13);
-    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
+    let mut solver = Solver::with_settings(&own(&task).robot, own(&task).settings).unwrap();
     for (i, row) in table.iter().enumerate() {
         let share = |k: usize, n: usize| k as f64 / (n - 1) as f64;
         let (force, pull, turn) = (
@@ -92,7 +103,7 @@ fn rows_are_the_grid_in_order_and_equal_single_solves() {
         if i % 7 != 0 {
             continue;
         }
-        let mut command = Command::pull(&[pull]).with_loads(task.base.loads.clone());
+        let mut command = Command::pull(&[pull]).with_loads(own(&task).base.loads.clone());
         command.actuators[0].rotation = Drive::Motion(turn);
         command.loads.wrenches[0].force.y = force;
         let found = solver.solve(&command).unwrap();
@@ -128,7 +139,7 @@ fn every_row_is_what_it_is_alone() {
     // Straight: across there are several stable equilibria.
     let along = range(Variable::Force { wrench: 0, component: 0 }, -60.0, 0.0, 49);
     let mut unstable = task("childs2.toml", vec![along]);
-    unstable.base.loads.wrenches[0].force = Vector3::zeros();
+    own_mut(&mut unstable).base.loads.wrenches[0].force = Vector3::zeros();
     let torque = Input { tube: 2, freedom: Freedom::Rotation, is_motion: false };
     let twisted =
         Axis { variable: Variable::Actuator(torque), values: Values::Range { from: 0.0, to: 1e3, count: 2 } };
@@ -138,9 +149,9 @@ fn every_row_is_what_it_is_alone() {
     for task in [samples, unstable, failing] {
         let (status, tip) = (column(&task, "status"), column(&task, "tip_x_m"));
         let effort = column(&task, "tube2_tension_N");
-        let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
+        let mut solver = Solver::with_settings(&own(&task).robot, own(&task).settings).unwrap();
         for (i, row) in rows(&task, 2).iter().enumerate() {
-            let mut command = task.base.clone();
+            let mut command = own(&task).base.clone();
             for (axis, value) in task.axes.iter().zip(row) {
                 match axis.variable {
                     Variable::Force { component, .. } => command.loads.wrenches[0].force[component] = *value,
@@ -291,7 +302,8 @@ fn parquet_holds_the_cells_of_the_csv_and_nulls() {
     use parquet::record::Field;
     // Some have no equilibrium, some are beyond the robot's length.
     let mut task = task("r1.toml", vec![range(motion(2, Freedom::PushPull), 0.0, 0.2, 40_000)]);
-    (task.settings, task.base) = (Settings::planar(), Command::held(&task.robot));
+    let held = Command::held(&own(&task).robot);
+    (own_mut(&mut task).settings, own_mut(&mut task).base) = (Settings::planar(), held);
     let mut file = tempfile::tempfile().unwrap();
     std::io::Write::write_all(&mut file, &written(&task, "a.parquet", 2)).unwrap();
     let reader = SerializedFileReader::new(file).unwrap();
@@ -344,7 +356,7 @@ fn a_study_of_tolerances_agrees_with_the_derivatives() {
     });
     let mut task = task("r1.toml", axes.to_vec());
     task.plan = Plan::Samples { count: 200, seed: 1 };
-    task.base.actuators[0].push_pull = Drive::Motion(4e-3);
+    own_mut(&mut task).base.actuators[0].push_pull = Drive::Motion(4e-3);
     let mut study = Study::new(&task);
     let flow = run(&task, 2, 0..task.chunks(), &AtomicBool::new(false), |chunk: Chunk| {
         study.visit(&chunk);
@@ -358,8 +370,8 @@ fn a_study_of_tolerances_agrees_with_the_derivatives() {
         .map(|(key, mean, deviation)| {
             let tip = |by: f64| {
                 let robot = DesignKeys::new(&task.robot_text, &[key]).unwrap().robot(&[mean + by]).unwrap();
-                let mut solver = Solver::with_settings(&robot, task.settings).unwrap();
-                let found = solver.solve(&task.base).unwrap();
+                let mut solver = Solver::with_settings(&robot, own(&task).settings).unwrap();
+                let found = solver.solve(&own(&task).base).unwrap();
                 solver.tip(&found).centre
             };
             (format!("input_{key}"), 0.5 * (tip(*deviation) - tip(-deviation)).norm())
@@ -397,7 +409,7 @@ fn a_study_of_tolerances_agrees_with_the_derivatives() {
 fn an_unstable_row_does_not_lead_its_neighbours_astray() {
     let mut task =
         task("childs2.toml", vec![range(Variable::Force { wrench: 0, component: 0 }, -60.0, 0.0, 25)]);
-    task.base.loads.wrenches[0].force = Vector3::zeros();
+    own_mut(&mut task).base.loads.wrenches[0].force = Vector3::zeros();
     task.margin = true;
     let table = rows(&task, 1);
     let (status, margin) = (column(&task, "status"), column(&task, "margin_to_instability"));
@@ -415,9 +427,9 @@ fn limits_are_the_greatest_of_all_notches() {
     task.axes[1].values = Values::Range { from: -3.7e-3, to: 6.3e-3, count: 11 };
     task.limits = Some(Teeth::Rigid);
     let table = rows(&task, 2);
-    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
+    let mut solver = Solver::with_settings(&own(&task).robot, own(&task).settings).unwrap();
     for row in table.iter().step_by(61) {
-        let mut command = Command::pull(&[row[1]]).with_loads(task.base.loads.clone());
+        let mut command = Command::pull(&[row[1]]).with_loads(own(&task).base.loads.clone());
         command.actuators[0].rotation = Drive::Motion(row[2]);
         command.loads.wrenches[0].force.y = row[0];
         let found = solver.solve(&command).unwrap();
@@ -450,7 +462,8 @@ fn limits_are_the_greatest_of_all_notches() {
     }
     // Without an allowable strain there is none to compare with.
     let text = task.robot_text.replace("allowable_strain_percent = 1.5", "");
-    let plain = Task { limits: Some(Teeth::Rigid), robot: build(&text), ..grid() };
+    let mut plain = Task { limits: Some(Teeth::Rigid), ..grid() };
+    own_mut(&mut plain).robot = build(&text);
     let column = column(&plain, "strain_utilisation");
     assert!(rows(&plain, 2).iter().all(|row| row[column].is_nan()));
 }
@@ -519,7 +532,8 @@ fn tolerances_agree_with_linear_propagation() {
         values: Values::Normal { mean, deviation },
     });
     let mut task = task("r1.toml", axes.collect());
-    task.base = Command::pull(&[5e-3]).with_loads(task.base.loads.clone());
+    let loads = own(&task).base.loads.clone();
+    own_mut(&mut task).base = Command::pull(&[5e-3]).with_loads(loads);
     task.plan = Plan::Samples { count: 256, seed: 1 };
     let table = rows(&task, 2);
     let count = table.len() as f64;
@@ -528,8 +542,8 @@ fn tolerances_agree_with_linear_propagation() {
         let mean = table.iter().map(|row| row[c]).sum::<f64>() / count;
         (table.iter().map(|row| (row[c] - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
     });
-    let mut solver = Solver::with_settings(&task.robot, task.settings).unwrap();
-    let found = solver.solve(&task.base).unwrap();
+    let mut solver = Solver::with_settings(&own(&task).robot, own(&task).settings).unwrap();
+    let found = solver.solve(&own(&task).base).unwrap();
     let mut variance = [0.0; 3];
     for (key, mean, deviation) in keys {
         let at = |by: f64| DesignKeys::new(&task.robot_text, &[key]).unwrap().robot(&[mean + by]).ok();

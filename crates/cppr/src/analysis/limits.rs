@@ -87,6 +87,32 @@ pub struct Utilisation {
     pub places: [Option<Spot>; 3],
 }
 
+impl Utilisation {
+    /// Of some sections.
+    #[must_use]
+    pub fn of(sections: &[SectionLimit]) -> Self {
+        let mut most = Self::default();
+        for s in sections {
+            let part = |value: f64, of: Option<f64>| of.map(|of| value.abs() / of);
+            let own = [part(s.strain, s.allowable_strain), s.closure, part(s.shear, s.allowable_shear)];
+            most.take(own, Spot { tube: s.tube, place: s.place, abscissa: s.abscissa });
+        }
+        most
+    }
+
+    /// One more section's strain, closure and torsion.
+    fn take(&mut self, own: [Option<f64>; 3], spot: Spot) {
+        let all = [&mut self.strain, &mut self.closure, &mut self.torsion];
+        for ((most, place), own) in all.into_iter().zip(&mut self.places).zip(own) {
+            let Some(own) = own.filter(|own| !own.is_nan()) else { continue };
+            if most.is_none_or(|most| own > most + ROUNDING) {
+                *place = Some(spot);
+            }
+            *most = Some(most.map_or(own, |most| most.max(own)));
+        }
+    }
+}
+
 /// Where on a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
@@ -216,16 +242,10 @@ pub(crate) fn greatest<S: Real>(
                 section.closure.map(|closure| closure.lane(lane)),
                 part(section.shear, section.allowable_shear),
             ];
-            let spot =
-                Spot { tube: section.tube, place: section.place, abscissa: section.abscissa.lane(lane) };
-            let all = [&mut most.strain, &mut most.closure, &mut most.torsion];
-            for ((most, place), own) in all.into_iter().zip(&mut most.places).zip(own) {
-                let Some(own) = own.filter(|own| !own.is_nan()) else { continue };
-                if most.is_none_or(|most| own > most + ROUNDING) {
-                    *place = Some(spot);
-                }
-                *most = Some(most.map_or(own, |most| most.max(own)));
-            }
+            most.take(
+                own,
+                Spot { tube: section.tube, place: section.place, abscissa: section.abscissa.lane(lane) },
+            );
         }
     });
     greatest
