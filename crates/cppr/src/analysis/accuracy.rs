@@ -4,7 +4,7 @@
 use crate::bundle::Bundle;
 use crate::bundle::course::{Course, POSE};
 use crate::bundle::frame::Unknowns;
-use crate::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
+use crate::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeDrive};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
 use crate::solve::{Command, CommandProblem, Drive, Equilibrium, Formulation, Settings, Solver, Status};
@@ -58,6 +58,25 @@ impl Solver {
     /// state that is none.
     #[must_use]
     pub fn accuracy(&mut self, equilibrium: &Equilibrium) -> Option<Accuracy> {
+        let (_, found) = self.integration(equilibrium)?;
+        let tip = equilibrium.tip();
+        let efforts = found.efforts[1..].iter().map(|own| [own.force, own.torque]);
+        let [force, torque] = greatest_differences(equilibrium, efforts);
+        Some(Accuracy {
+            tip: (found.tip - tip.centre).norm(),
+            force,
+            torque,
+            stable: found.inertia.map(|negative| negative == 0),
+            against: Against::Integration,
+            reference: found.tip,
+        })
+    }
+
+    /// The equilibrium of the same bundle that is integrated along its length, and the bundle. `None` as for [`Self::accuracy`].
+    pub(crate) fn integration(
+        &mut self,
+        equilibrium: &Equilibrium,
+    ) -> Option<(Arc<Bundle>, BundleEquilibrium)> {
         let settings = equilibrium.settings();
         if !equilibrium.status().is_equilibrium()
             || settings.formulation != Formulation::Consistent
@@ -74,16 +93,7 @@ impl Solver {
             .with_stretch(settings.resolution.stretch > 0);
         let course = self.course(equilibrium, &bundle);
         let found = solver.near(&command, &start, &course)?;
-        let efforts = found.efforts[1..].iter().map(|own| [own.force, own.torque]);
-        let [force, torque] = greatest_differences(equilibrium, efforts);
-        Some(Accuracy {
-            tip: (found.tip - tip.centre).norm(),
-            force,
-            torque,
-            stable: found.inertia.map(|negative| negative == 0),
-            against: Against::Integration,
-            reference: found.tip,
-        })
+        Some((bundle, found))
     }
 
     /// Solves for an equilibrium from rest whose tip is within `accuracy` times the length of that of the robot that knows no modes, as far

@@ -7,6 +7,7 @@ mod bundle;
 pub mod capacity;
 pub mod continuation;
 pub mod demand;
+mod integrated;
 pub mod inverse;
 pub mod limits;
 mod model;
@@ -23,6 +24,7 @@ pub use bend::total_bend;
 pub use bundle::BundleAnalysis;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
 pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
+pub use integrated::Integrated;
 pub use limits::{
     Governing, Limit, Place, SectionLimit, Spot, Teeth, Utilisation, first_greatest, governing,
 };

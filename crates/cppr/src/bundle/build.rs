@@ -120,7 +120,7 @@ impl Bundle {
             let mut pieces = vec![below(index + 1, tube, length).map_err(DesignProblems)?];
             pieces.extend(body(index + 1, tube, 0.0, length, [0.0; 2]).map_err(DesignProblems)?);
             merge_uniform(&mut pieces);
-            tubes.push(BundleTube { pieces, tip: length, shaft: None });
+            tubes.push(BundleTube { pieces, tip: length, shaft: None, radius: reach(tube) });
         }
         let joint = (0..tubes.len()).map(|tube| (tube, length)).collect();
         Ok(Self::assemble(tubes, vec![joint]))
@@ -177,7 +177,16 @@ fn parts(number: usize, tube: &TubeParts) -> Result<BundleTube, Vec<DesignProble
         return Err(vec![DesignProblem::Length(0.0)]);
     }
     merge_uniform(&mut pieces);
-    Ok(BundleTube { pieces, tip: from, shaft: tube.shaft })
+    let radius = tube.parts.iter().map(|part| reach(&part.body)).fold(0.0, f64::max);
+    Ok(BundleTube { pieces, tip: from, shaft: tube.shaft, radius })
+}
+
+/// Outer radius of a body (m); 0 where it is not known.
+fn reach(body: &TubeDesign) -> f64 {
+    match body {
+        TubeDesign::Notched(tube) => tube.outline.outer_reach(),
+        TubeDesign::Stiffness(_) => 0.0,
+    }
 }
 
 /// What of a robot's tube comes up from below the plate.

@@ -5,8 +5,9 @@
 //! the section's loads about the origin, both in world components, follow.
 
 use super::curve::Piece;
-use super::number::Number;
+use super::number::{Dual, Number};
 use super::prepared::{Applied, Prepared, array};
+use super::rubbing::Side;
 use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
 use super::vector::{columns, cross, dot, sum};
 
@@ -40,6 +41,8 @@ pub(crate) struct Flow<'a, S> {
     pub distributed: Vec<usize>,
     /// Number of the span.
     pub span: usize,
+    /// Number of events that its tubes have passed, those below the plate among them.
+    pub passed: usize,
     posed: bool,
     /// Factor of the loads.
     load: S,
@@ -65,6 +68,7 @@ impl<'a, S: Number> Flow<'a, S> {
             values: vec![S::constant(0.0)],
             distributed: Vec::new(),
             span: 0,
+            passed: 0,
             posed,
             load,
             omega: [0.0; 2],
@@ -215,6 +219,7 @@ impl<'a, S: Number> Flow<'a, S> {
         });
         self.scratch = scratch;
         let [wy, wz] = found?;
+        self.rub(values, out);
         out[tail] = S::constant(1.0);
         if let Some((centre, [x, y, z])) = frame {
             out[tail + 1..tail + 4].copy_from_slice(&x);
@@ -257,6 +262,41 @@ impl<'a, S: Number> Flow<'a, S> {
     /// Guess for ω at the place.
     pub fn guess(&self) -> [f64; 2] {
         self.omega
+    }
+
+    /// Adds the friction of neighbours to the slopes of their tensions and torques.
+    fn rub(&self, values: &[S], out: &mut [S]) {
+        let Some(rubbing) = &self.command.rubbing else { return };
+        for (place, tubes) in self.present.windows(2).enumerate() {
+            let Some(pair) = rubbing.pair(tubes[0], tubes[1]) else { continue };
+            let side = |place: usize| {
+                let at = 4 * place;
+                Side { label: values[at], angle: values[at + 2], advance: out[at], twist: out[at + 2] }
+            };
+            let (outer, inner) = (side(place), side(place + 1));
+            let [along, around] = pair.force(self.passed, &outer, &inner);
+            let torque = around * pair.radius;
+            for (place, own, sign) in [(place, outer, 1.0), (place + 1, inner, -1.0)] {
+                let pull = (along - own.twist * torque) / own.advance;
+                out[4 * place + 1] = out[4 * place + 1].plus(sign, pull);
+                out[4 * place + 3] = out[4 * place + 3].plus(-sign, torque);
+            }
+        }
+    }
+
+    /// ω, and what every tube carries.
+    pub fn carried(&mut self) -> Result<([S; 2], Vec<Carried<S>>), Unbalanced> {
+        let mut all = Vec::with_capacity(self.present.len());
+        let (omega, _) = self.look(&mut |_, own| {
+            all.push((own.energy(), own.moment(), own.mass(), own.arm()));
+        })?;
+        let each = |(place, (energy, moment, mass, arm)): (usize, (S, [S; 2], S, [S; 2]))| Carried {
+            axial: energy - (moment[0] * omega[0] + moment[1] * omega[1]),
+            moment: [self.values[4 * place + 3], moment[0], moment[1]],
+            mass,
+            arm,
+        };
+        Ok((omega, all.into_iter().enumerate().map(each).collect()))
     }
 
     /// ω at the place, G there (N), and what `each` sees.
@@ -344,6 +384,44 @@ impl<'a, S: Number> Flow<'a, S> {
             self.values[at + 3 + i] = self.values[at + 3 + i] - about_origin[i];
         }
         SectionLoad { force_along: dot(force, x), about: dot(about_section, x) }
+    }
+}
+
+/// What one tube carries across a section, on what lies towards the base.
+pub(crate) struct Carried<S> {
+    /// Force along the tangent (N): E is of degree one in all rates along the robot, of which that of the centreline is one.
+    pub axial: S,
+    /// Moment about the centre (N m): about the tangent, and y and z of the untwisted frame.
+    pub moment: [S; 3],
+    /// Mass per centreline length (kg/m), and the arm of its centroid (m) in y and z.
+    pub mass: S,
+    pub arm: [S; 2],
+}
+
+impl<'a> Flow<'a, f64> {
+    /// The same place in numbers with slopes by the length s.
+    pub fn along(&self) -> Result<Flow<'a, Dual<1>>, Unbalanced> {
+        let mut own = self.at(self.values.clone());
+        let mut slopes = vec![0.0; self.values.len()];
+        own.slopes(None, &mut slopes)?;
+        let numbers = self.values.iter().zip(slopes);
+        Ok(self.at(numbers.map(|(value, slope)| Dual { value: *value, slopes: [slope] }).collect()))
+    }
+
+    fn at<S: Number>(&self, values: Vec<S>) -> Flow<'a, S> {
+        let (present, pieces) = (self.present.clone(), self.pieces.clone());
+        let (distributed, span, passed, omega) =
+            (self.distributed.clone(), self.span, self.passed, self.omega);
+        Flow {
+            present,
+            pieces,
+            values,
+            distributed,
+            span,
+            passed,
+            omega,
+            ..Flow::new(self.command, self.posed, S::constant(self.load))
+        }
     }
 }
 

@@ -9,17 +9,21 @@
 //! Under `solve` in this crate stands the faster solver for tubes of one length that are joined at the tip.
 
 mod build;
+mod contact;
 mod coordinates;
 pub(crate) mod course;
 pub(crate) mod curve;
 mod flow;
 pub(crate) mod frame;
+mod friction;
+mod history;
 mod index;
 mod metal;
 mod newton;
 mod number;
 mod path;
 mod prepared;
+mod rubbing;
 mod section;
 mod sensitivity;
 mod shape;
@@ -31,11 +35,16 @@ mod walk;
 
 use crate::solve::Drive;
 pub use build::{BundleDesign, Part, TubeParts};
+pub use contact::{Contact, ContactPoint, PairContact, PointContact};
 use curve::Piece;
 pub use curve::Values;
+pub use friction::{Friction, Rubbed};
+pub use history::{HistoryPoint, SavedHistory, SlipHistory};
 pub use path::BundleFamily;
+use rubbing::Rubbing;
 pub use shape::{BundleSection, TubeSection};
 use solve::TubeDrive;
+use std::sync::Arc;
 
 /// What lies between the motor of a tube and the plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +66,8 @@ pub struct BundleTube {
     pub(crate) tip: f64,
     /// Between motor and plate; `None` is rigid.
     pub(crate) shaft: Option<Shaft>,
+    /// Outer radius (m); 0 of a tube that is given by its stiffness.
+    pub(crate) radius: f64,
 }
 
 impl BundleTube {
@@ -81,6 +92,8 @@ pub struct Bundle {
     pub(crate) length: f64,
     /// Scale of the bending stiffness (N m²).
     pub(crate) bending: f64,
+    /// Friction between its tubes, in solves that count it.
+    pub(crate) rubbing: Option<Arc<Rubbing>>,
 }
 
 impl Bundle {
@@ -147,6 +160,6 @@ impl Bundle {
                 stations.push(vec![(i, tube.tip)]);
             }
         }
-        Self { tubes, stations, length, bending }
+        Self { tubes, stations, length, bending, rubbing: None }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::Bundle;
 use super::number::Number;
+use super::rubbing::Rubbing;
 use super::vector::sum;
 use crate::statics::{DistributedForce, Frame, Loads, Station, Thread, Wrench};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// What happens at a label of a tube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +55,8 @@ pub(crate) struct Prepared {
     pub distributed: Vec<DistributedForce>,
     pub gravity: Option<[f64; 3]>,
     pub lengthening: Lengthening,
+    /// Friction between the tubes.
+    pub rubbing: Option<Arc<Rubbing>>,
     /// Per tube: labels (m) in order, and what is there.
     pub stops: Vec<Vec<(f64, Stop)>>,
     /// EI/L² (N).
@@ -113,6 +117,7 @@ impl Prepared {
             distributed: distributed.clone(),
             gravity: gravity.as_ref().map(array),
             lengthening,
+            rubbing: bundle.rubbing.clone(),
             stops,
             force_scale: bundle.bending / (bundle.length * bundle.length),
         }

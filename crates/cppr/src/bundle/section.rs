@@ -212,6 +212,11 @@ impl Local {
         Self { values: all.map(Number::value), slopes, used }
     }
 
+    /// ∂E/∂ω in the untwisted frame (N m).
+    pub fn moment(&self) -> [f64; 2] {
+        [self.values[1], self.values[2]]
+    }
+
     /// Slopes of E by the inputs.
     pub fn gradient(&self) -> [f64; INPUTS] {
         let [_, my, mz, advance, twist, by_angle, by_label, mass, ay, az] = self.values;
@@ -253,7 +258,7 @@ impl<S: Number> Seen<'_, S> {
         self.output(0)
     }
 
-    fn moment(&self) -> [S; 2] {
+    pub fn moment(&self) -> [S; 2] {
         [self.output(1), self.output(2)]
     }
 

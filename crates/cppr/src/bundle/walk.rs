@@ -167,6 +167,7 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
 
     /// Shows the section to the visitor.
     fn look(&mut self) -> Result<(), Lost> {
+        self.flow.passed = self.next.iter().sum();
         if let (Some(visit), false) = (&mut self.visit, self.flow.present.is_empty()) {
             self.flow.visit(*visit)?;
         }
