@@ -6,6 +6,7 @@ use crate::command::{CommandArgs, thread_has_direction, unsound};
 use crate::exceeded::Exceeded;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
+use crate::rubbing::Touch;
 use crate::scenario;
 use crate::solve::Args;
 use crate::table::{counted, millimetres, plain};
@@ -13,6 +14,7 @@ use cppr::analysis::{BundleAnalysis, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort, load_behind_plate};
 use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft, TubeParts};
 use cppr::kinematics::TipPose;
+use cppr_io::contact_record;
 use cppr_plot::Figure;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -42,18 +44,27 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     } else {
         Vec::new()
     };
+    let touch = if found.converged {
+        Touch::of(solver, &found, &args.friction, args.contact)?
+    } else {
+        Touch::default()
+    };
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", record(design, &found, exceeded.as_ref(), &shape)))?;
+        write_or_print(path, &format!("{:#}\n", record(design, &found, exceeded.as_ref(), &touch, &shape)))?;
     }
     if !found.converged || shape.is_empty() {
         return Err(no_equilibrium(&design.name, &found));
     }
     thread_has_direction(&command.loads, &TipPose { rotation: found.frame, centre: found.tip })?;
     if let Some(path) = outputs.csv {
-        write_or_print(path, &csv(design, &shape))?;
+        write_or_print(path, &csv(design, &shape, &touch))?;
     }
-    outputs.draw(|| marked(&mut analysis, &found, None))?;
-    outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), time))
+    outputs.draw(|| {
+        let mut figure = marked(&mut analysis, &found, None)?;
+        figure.panels.extend(touch.panel());
+        Ok(figure)
+    })?;
+    outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), &touch, time))
 }
 
 /// A bundle, and what is asked of it.
@@ -154,6 +165,7 @@ fn table(
     bundle: &Bundle,
     found: &BundleEquilibrium,
     exceeded: Option<&Exceeded>,
+    touch: &Touch,
     time: Duration,
 ) -> String {
     let mut text = String::new();
@@ -181,6 +193,9 @@ fn table(
             let (pull, turn) = moved(motor(shaft, at));
             line("", format!("motor  {pull:>9} mm, {turn:>9} deg, behind the shaft"));
         }
+    }
+    for (name, value) in touch.lines() {
+        line(&name, value);
     }
     let [tip, force] = found.error;
     line("estimated error", format!("{:.1e} mm of the tip, {force:.1e} N", tip * 1e3));
@@ -226,6 +241,7 @@ fn record(
     design: &BundleDesign,
     found: &BundleEquilibrium,
     exceeded: Option<&Exceeded>,
+    touch: &Touch,
     shape: &[BundleSection],
 ) -> Value {
     let head = json!({
@@ -262,11 +278,13 @@ fn record(
     if let (Value::Object(whole), Value::Object(solution)) = (&mut whole, solution) {
         whole.extend(solution);
         whole.extend(exceeded.map(|own| ("limit_exceeded".to_owned(), own.json())));
+        whole.extend(touch.contact_json().map(|own| ("contact".to_owned(), own)));
+        whole.extend(touch.friction_json().map(|own| ("friction".to_owned(), own)));
     }
     whole
 }
 
-fn csv(design: &BundleDesign, shape: &[BundleSection]) -> String {
+fn csv(design: &BundleDesign, shape: &[BundleSection], touch: &Touch) -> String {
     let columns = [
         "abscissa_m",
         "angle_rad",
@@ -282,6 +300,9 @@ fn csv(design: &BundleDesign, shape: &[BundleSection]) -> String {
             let _ = write!(text, ",tube{number}_{column}");
         }
     }
+    for pair in &touch.contact.pairs {
+        let _ = write!(text, ",{}", contact_record::column(pair));
+    }
     text.push('\n');
     for s in shape {
         let _ = write!(text, "{},{},{},{}", s.length, s.centre.x, s.centre.y, s.centre.z);
@@ -296,6 +317,11 @@ fn csv(design: &BundleDesign, shape: &[BundleSection]) -> String {
                 // Beyond its tip a tube has no fields.
                 None => text.push_str(&",".repeat(columns.len())),
             }
+        }
+        for pair in &touch.contact.pairs {
+            let outer = s.tubes.iter().find(|t| t.tube == pair.outer);
+            let pressed = outer.and_then(|t| pair.at(t.label));
+            let _ = write!(text, ",{}", pressed.map_or(String::new(), |force| force.norm().to_string()));
         }
         text.push('\n');
     }

@@ -9,10 +9,13 @@ mod bundle_figure;
 mod calibrate;
 mod cell;
 mod check;
+mod checkpoint;
 mod cloud;
 mod command;
 mod continuation;
 mod continuation_figure;
+mod cycle;
+mod cycle_figure;
 mod derivatives;
 mod errors;
 mod exceeded;
@@ -27,6 +30,7 @@ mod paper;
 mod quantity;
 mod reach;
 mod resolved;
+mod rubbing;
 mod scenario;
 mod section;
 mod sense;
@@ -73,6 +77,9 @@ enum Task {
     /// A path of equilibria past folds and onto other branches, with what snaps where.
     #[command(after_help = continuation::EXAMPLES)]
     Continue(Box<continuation::Args>),
+    /// Motors driven to and fro with friction between the tubes: loops of force and tip, energy, lost motion.
+    #[command(after_help = cycle::EXAMPLES)]
+    Cycle(Box<cycle::Args>),
     /// How far each actuator may go, and what limits it: strain, closing notches, stability.
     #[command(after_help = limits::EXAMPLES)]
     Limits(Box<limits::Args>),
@@ -143,6 +150,7 @@ fn run() -> ExitCode {
         Task::New(args) => new::run(&args),
         Task::Solve(args) => solve::run(&args),
         Task::Continue(args) => continuation::run(&args),
+        Task::Cycle(args) => cycle::run(&args),
         Task::Limits(args) => limits::run(&args),
         Task::Sweep(args) => sweep::run(&args),
         Task::Reach(args) => reach::run(&args),

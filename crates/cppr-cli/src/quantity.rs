@@ -175,6 +175,18 @@ fn span_with(text: &str, kind: Kind, unit: &str) -> Result<Span, String> {
     })
 }
 
+/// Reads `[K=]VALUE` or `[K=]VALUE..VALUE..VALUE`, where K may be tube 1; the unit behind the last value serves all.
+pub fn path_for_any_tube(text: &str, kind: Kind) -> Result<ForTube<Vec<f64>>, String> {
+    for_tube_from(1, text, |values| {
+        let unit = kind.unit_of(values).unwrap_or("");
+        let each = values.split("..").map(|value| match value.trim().parse::<f64>() {
+            Ok(_) => scalar(&format!("{value}{unit}"), kind),
+            Err(_) => scalar(value, kind),
+        });
+        each.collect()
+    })
+}
+
 /// Three values or ranges: one unit behind the last serves all, or each has its own.
 pub fn span_vector(text: &str, kind: Kind) -> Result<[Span; 3], String> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
@@ -271,7 +283,8 @@ pub fn direction(text: &str) -> Result<[f64; 3], String> {
 #[allow(clippy::float_cmp)]
 mod tests {
     use super::{
-        Kind, Span, bare_span, bounds, direction, for_tube, scalar, span, span_for_tube, span_vector, vector,
+        Kind, Span, bare_span, bounds, direction, for_tube, path_for_any_tube, scalar, span, span_for_tube,
+        span_vector, vector,
     };
 
     #[test]
@@ -327,6 +340,15 @@ mod tests {
         }
         assert!(span_vector("0,1..2N:2", Kind::Force).unwrap_err().contains("2 components"));
         assert!(bare_span("1mm").unwrap_err().contains("the unit is that of the key"));
+    }
+
+    #[test]
+    fn paths_turn_back() {
+        let path = path_for_any_tube("3=0..7..-7..7mm", Kind::Length).unwrap();
+        assert_eq!((path.tube, path.value), (3, vec![0.0, 7e-3, -7e-3, 7e-3]));
+        assert_eq!(path_for_any_tube("4mm", Kind::Length).unwrap().value, [4e-3]);
+        assert!(path_for_any_tube("0..7", Kind::Length).unwrap_err().contains("7 has no unit"));
+        assert!(path_for_any_tube("0....7mm", Kind::Length).unwrap_err().contains("missing"));
     }
 
     #[test]

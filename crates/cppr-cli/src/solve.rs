@@ -8,11 +8,13 @@ use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::resolved::Resolved;
+use crate::rubbing::{FrictionArgs, Touch};
 use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::ACCURACY;
 use cppr::analysis::Teeth;
+use cppr::solve::{Equilibrium, Solver};
 use cppr_io::bundle_file::Described;
 use cppr_io::result::{AccuracyRecord, ResultRecord};
 use cppr_io::result_csv;
@@ -34,6 +36,8 @@ Examples:
   cppr solve robots/r1.toml --pull 3mm --thread 0.1962N:150,-24,0mm
   cppr solve robots/helicoid.toml --pull 10mm --json -
   cppr solve robots/childs3.toml --scenario examples/scenario.toml
+  cppr solve robots/r1.toml --pull 6mm --friction 0.2 --guide 20mm
+  cppr solve robots/r3.toml --pull 9mm --contact --plot contact.svg
   cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
   cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
 
@@ -57,6 +61,11 @@ pub struct Args {
     /// taken. Modes chosen by --modes or --refine stay as they are
     #[arg(long, value_name = "PART", default_value_t = ACCURACY, value_parser = part_of_length)]
     accuracy: f64,
+    #[command(flatten)]
+    pub friction: FrictionArgs,
+    /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
+    #[arg(long)]
+    pub contact: bool,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub samples: u32,
@@ -118,20 +127,43 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let direction = stability.map(|s| s.tip_direction.into());
     let unstable = Unstable::of(&mut solver, found, &args.robot);
     let exceeded = Exceeded::of(&mut solver, found, Teeth::Rigid);
+    let touch = touch(&mut solver, found, args)?;
     if let Some(path) = json {
         let mut record = ResultRecord::new(found, &shape, margin, direction);
         record.accuracy = resolved.accuracy.map(|own| AccuracyRecord::new(found.robot(), &own));
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
         record.stable_aside = unstable.as_ref().and_then(Unstable::json);
+        record.contact = touch.contact_json();
+        record.friction = touch.friction_json();
         write_json(path, &record)?;
     }
     if let Some(path) = csv {
-        write_or_print(path, &result_csv::csv(&shape))?;
+        write_or_print(path, &result_csv::csv(&shape, &touch.contact))?;
     }
-    outputs.draw(|| figure::shape(&mut solver, found, args.samples as usize))?;
+    outputs.draw(|| {
+        let mut figure = figure::shape(&mut solver, found, args.samples as usize)?;
+        figure.panels.extend(touch.panel());
+        Ok(figure)
+    })?;
     let margin = margin.zip(direction);
-    let text = table(&resolved, &shape, margin, exceeded.as_ref(), unstable.as_ref(), [time, checked]);
+    let text =
+        table(&resolved, &shape, margin, exceeded.as_ref(), unstable.as_ref(), &touch, [time, checked]);
     outputs.report(&text)
+}
+
+/// What the tubes do to each other, where that is asked for.
+fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch, Failure> {
+    if !(args.contact || args.friction.is_asked()) {
+        return Ok(Touch::default());
+    }
+    let own = solver.integrated(found).ok_or_else(|| {
+        Failure::Input(
+            "--contact and --friction need an equilibrium of the consistent formulation, rotations of the motors, and a pose that the integration along the robot \
+             confirms; leave --formulation printed and --relative-angle away"
+                .into(),
+        )
+    })?;
+    Touch::of(&own.solver(), &own.equilibrium, &args.friction, args.contact)
 }
 
 fn write_json(path: &Path, record: &ResultRecord) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 use crate::exceeded::Exceeded;
 use crate::resolved::Resolved;
+use crate::rubbing::Touch;
 use crate::steep::steep;
 use crate::unstable::Unstable;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
@@ -67,6 +68,7 @@ pub fn table(
     margin: Option<(f64, [f64; 3])>,
     exceeded: Option<&Exceeded>,
     unstable: Option<&Unstable>,
+    touch: &Touch,
     [time, checked]: [Duration; 2],
 ) -> String {
     let found = &resolved.found;
@@ -111,6 +113,9 @@ pub fn table(
         );
         line(&name, motion);
         line("", turn);
+    }
+    for (name, value) in touch.lines() {
+        line(&name, value);
     }
     line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy() * 1e3, 4)));
     line("accuracy", resolved.text());

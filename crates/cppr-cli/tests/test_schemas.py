@@ -24,6 +24,11 @@ COMMANDS = {
         "robots/r3.toml --pull 149mm",
         "robots/r3.toml --pull -5mm --tip-force -2,0,0N --samples 2",
         "robots/r1.toml --pull 1mm --formulation printed --samples 2",
+        "robots/r1.toml --pull 3mm --friction 0.2 --guide 20mm --contact --samples 2",
+    ],
+    "cycle": [
+        "robots/r1.toml --pull 0..1..0..1mm --friction 0.2 --steps 3",
+        "robots/r1.toml --pull 1mm --rotate 0..10deg --friction 0.2 --guide 20mm --steps 2",
     ],
     "continue": [
         "robots/childs3.toml --along rotate=3 --to 180deg --pull 2=1mm",
@@ -72,6 +77,7 @@ BUNDLES = {
         "solve robots/bundles/hybrid.toml --pull 2=1mm --rotate 3=90deg --samples 3",
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
         "solve robots/bundles/uncut_ends.toml --rotate 6000deg --samples 3",
+        "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --samples 3",
     ],
     "bundle-continue": [
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",

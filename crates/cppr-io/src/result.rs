@@ -52,6 +52,12 @@ pub struct ResultRecord {
     /// Where the equilibrium is unstable, a stable shape under the same command.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable_aside: Option<serde_json::Value>,
+    /// How the tubes press on each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<serde_json::Value>,
+    /// Where friction is asked for, the equilibria between which it leaves the pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<serde_json::Value>,
     /// Its keys follow those above; none of them where the status is `not_converged`.
     #[serde(flatten)]
     pub solution: Option<SolutionRecord>,
@@ -355,6 +361,8 @@ impl ResultRecord {
             accuracy: None,
             limit_exceeded: None,
             stable_aside: None,
+            contact: None,
+            friction: None,
             solution: None,
         }
     }

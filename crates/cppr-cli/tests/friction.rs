@@ -1,0 +1,118 @@
+//! Friction from the shell: bounds of a pose, and histories.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{cppr, cppr_in, json, refused, text};
+use serde_json::Value;
+
+fn force(side: &Value, tube: u64) -> f64 {
+    let actuators = side["actuators"].as_array().unwrap();
+    actuators.iter().find(|own| own["tube"] == tube).unwrap()["tension_N"].as_f64().unwrap()
+}
+
+/// Pushed tubes whose edges stand above the plate, parts, joints, free tips, tapered tubes: wherever stiffness jumps, contact does too.
+#[test]
+fn full_slip_is_found_for_every_robot() {
+    let mut met = 0;
+    for (robot, pulls) in [
+        ("r1", &["-5mm", "-1mm", "6mm"][..]),
+        ("r2", &["-4mm", "8mm"]),
+        ("r3", &["-1mm", "9mm"]),
+        ("r4", &["-1mm", "4mm"]),
+        ("childs2", &["-1mm", "4mm"]),
+        ("childs3", &["1mm"]),
+        ("bundles/s_shape", &["-4mm", "5mm"]),
+        ("bundles/two_sections", &["4mm"]),
+        ("bundles/hybrid", &["2=1mm"]),
+    ] {
+        for pull in pulls {
+            let friction = if robot == "bundles/hybrid" { "0.1" } else { "0.3" };
+            let found = json(&[
+                "solve",
+                &format!("robots/{robot}.toml"),
+                "--pull",
+                pull,
+                "--friction",
+                friction,
+                "--json",
+                "-",
+            ]);
+            let [loading, own, unloading] =
+                [&found["friction"]["loading"], &found, &found["friction"]["unloading"]]
+                    .map(|side| force(side, 2).abs());
+            assert!(
+                loading > 1.01 * own && 0.99 * own > unloading,
+                "{robot} {pull}: {loading} {own} {unloading}"
+            );
+            met += 1;
+        }
+    }
+    assert_eq!(met, 16);
+}
+
+#[test]
+fn contact_is_told_where_it_is_asked_for() {
+    let solve = ["solve", "robots/r1.toml", "--pull", "3mm", "--samples", "5"];
+    let whole = json(&[&solve[..], &["--contact", "--json", "-"]].concat());
+    let forces = whole["contact"]["pairs"][0]["force_N_m"].as_array().unwrap();
+    assert!(forces.iter().any(|force| force[1].as_f64().unwrap().abs() > 1.0));
+    let output = cppr(&[&solve[..], &["--contact", "--csv", "-"]].concat());
+    assert!(text(&output.stdout).lines().next().unwrap().ends_with(",contact_1_2_N_m"));
+    assert!(text(&output.stderr).contains("tube 1 on tube 2 with up to"), "{}", text(&output.stderr));
+    assert!(json(&[&solve[..], &["--json", "-"]].concat()).get("contact").is_none());
+}
+
+#[test]
+fn a_cycle_closes_and_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = "0..2..-2..2mm";
+    let all = ["cycle", "robots/r1.toml", "--pull", path, "--friction", "0.2", "--steps", "4"];
+    let run = |more: &[&str]| cppr_in(folder.path(), &[&all[..], more].concat());
+    let output = run(&["--json", "c.json", "--csv", "c.csv", "--plot", "c.svg"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let found: Value = serde_json::from_str(&read("c.json")).unwrap();
+    let points = found["points"].as_array().unwrap();
+    assert_eq!((points.len(), read("c.csv").lines().count()), (13, 14));
+    // Slip goes one way all along at the ends of both legs: the same state, whatever came before.
+    let [first, last] = [4, 12].map(|at| force(&points[at], 2));
+    assert!((first / last - 1.0).abs() < 1e-3, "{first} {last}");
+    assert!(found["loop"]["energy_J"].as_f64().unwrap() > 1e-4);
+    assert_eq!(found["turns"].as_array().unwrap().len(), 2);
+    for word in ["R1, friction 0.2", "leg 3", "pull"] {
+        assert!(read("c.svg").contains(word), "{word} is missing");
+    }
+    assert!(text(&output.stdout).contains("lost motion"));
+}
+
+#[test]
+fn what_friction_cannot_do_is_said() {
+    let solve = ["solve", "robots/r1.toml", "--pull", "1mm"];
+    let cycle = ["cycle", "robots/r1.toml", "--friction", "0.2"];
+    for (arguments, fragment) in [
+        ([&solve[..], &["--friction", "-0.1"]].concat(), "from 0 to 2"),
+        ([&solve[..], &["--guide", "10mm"]].concat(), "--friction"),
+        ([&solve[..], &["--friction", "0.1", "--guide", "0mm"]].concat(), "above 0"),
+        ([&solve[..], &["--friction", "0.1", "--formulation", "printed"]].concat(), "consistent"),
+        ([&cycle[..], &["--pull", "1mm"]].concat(), "no motor moves"),
+        ([&cycle[..], &["--pull", "0..1mm", "--rotate", "0..1..0deg"]].concat(), "as many"),
+    ] {
+        refused(&arguments, fragment);
+    }
+    // Where friction and contact find no common answer, no number is given.
+    let folder = tempfile::tempdir().unwrap();
+    let beyond = ["robots/bundles/hybrid.toml", "--pull", "2=4mm", "--friction", "0.6", "--json", "f.json"];
+    let output = cppr_in(folder.path(), &[&["solve"], &beyond[..]].concat());
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(3), 0));
+    assert!(
+        text(&output.stderr).contains("no equilibrium with full slip was found"),
+        "{}",
+        text(&output.stderr)
+    );
+    assert!(!folder.path().join("f.json").exists());
+    let output =
+        cppr(&["cycle", "robots/r1.toml", "--pull", "0..140mm", "--friction", "0.2", "--steps", "2"]);
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(3), 0));
+    assert!(text(&output.stderr).contains("leg 1"), "{}", text(&output.stderr));
+}
