@@ -4,13 +4,13 @@ use crate::analysis;
 use crate::arrays::{dynamic, line, matrix, number, table, vector};
 use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
 use crate::design::Reader;
-use crate::errors;
 use crate::watch::stoppable;
+use crate::{errors, rubbing};
 use cppr::analysis::{BundleAnalysis, Sensitivity};
 use cppr::bundle::solve::{
     BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
 };
-use cppr::bundle::{BundleDesign, BundleSection};
+use cppr::bundle::{BundleDesign, BundleSection, HistoryPoint, SlipHistory};
 use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
 use cppr::statics::{Loads, Wrench};
 use cppr_io::bundle_file;
@@ -100,18 +100,7 @@ impl Bundle {
     ) -> PyResult<BundleEquilibrium> {
         let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
         put(py, &mut drives, &[pull, rotate, tension, torque])?;
-        let mut all = Loads::none();
-        if tip_force.is_some() || tip_moment.is_some() {
-            let read = |what, value: Option<&Bound<'_, PyAny>>| {
-                value.map_or(Ok(cppr::Vector3::zeros()), |value| vector(what, value))
-            };
-            let mut wrench = Wrench::tip_force(read("tip_force", tip_force.as_ref())?);
-            wrench.moment = read("tip_moment", tip_moment.as_ref())?;
-            all.wrenches.push(wrench);
-        }
-        if let Some(list) = &loads {
-            add_loads(&mut all, list)?;
-        }
+        let all = read_loads(tip_force.as_ref(), tip_moment.as_ref(), loads.as_ref())?;
         let start = match &start {
             Some(start) if !Arc::ptr_eq(&start.bundle, &self.bundle) => {
                 let text = "start is an equilibrium of another robot; give one of this robot";
@@ -152,6 +141,65 @@ impl Bundle {
             found,
             stretch,
         })
+    }
+
+    /// A history of commands from rest, with friction between the tubes.
+    #[pyo3(signature = (waypoints, friction, *, guide = None, steps = 14, tip_force = None, loads = None, stretch = false))]
+    fn cycle<'py>(
+        &self,
+        py: Python<'py>,
+        waypoints: Vec<Bound<'py, PyDict>>,
+        friction: f64,
+        guide: Option<f64>,
+        steps: u32,
+        tip_force: Option<Bound<'py, PyAny>>,
+        loads: Option<Bound<'py, PyAny>>,
+        stretch: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let friction = rubbing::friction(friction, guide)?;
+        let loads = read_loads(tip_force.as_ref(), None, loads.as_ref())?;
+        if steps == 0 || waypoints.len() < 2 {
+            let text = "a history takes at least two waypoints, and at least one step from each to the next";
+            return Err(PyValueError::new_err(text));
+        }
+        let read = |own: &Bound<'py, PyDict>| -> PyResult<BundleCommand> {
+            let names = KEYWORDS.map(|quantity| quantity.keyword);
+            for key in own.keys() {
+                let key: String = key.extract()?;
+                if !names.contains(&key.as_str()) {
+                    let text = format!("a waypoint says {}; it has no {key}", names.join(", "));
+                    return Err(PyValueError::new_err(text));
+                }
+            }
+            let keywords: Vec<_> = names.iter().map(|name| own.get_item(name)).collect::<PyResult<_>>()?;
+            let keywords = <[_; 4]>::try_from(keywords).unwrap_or_default();
+            let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
+            put(py, &mut drives, &keywords)?;
+            Ok(BundleCommand { drives, loads: loads.clone() })
+        };
+        let commands: Vec<BundleCommand> = waypoints.iter().map(read).collect::<PyResult<_>>()?;
+        let points = py.detach(|| {
+            let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
+            let mut state = SlipHistory::new(&mut solver, friction)?;
+            let first = commands.first()?;
+            if *first != solver.held() && !state.drive(first) {
+                return None;
+            }
+            let mut points: Vec<(usize, HistoryPoint)> = vec![(0, state.point())];
+            for (leg, ends) in commands.windows(2).enumerate() {
+                for step in 1..=steps {
+                    let own = ends[1].on_the_way_from(&ends[0], f64::from(step) / f64::from(steps));
+                    if !state.drive(&own) {
+                        return None;
+                    }
+                    points.push((leg + 1, state.point()));
+                }
+            }
+            Some(points)
+        });
+        let text = "a step of the history found no equilibrium; move less, or in more steps";
+        let points = points.ok_or_else(|| errors::error(py, "NoEquilibrium", text))?;
+        rubbing::history(py, &points)
     }
 
     fn __repr__(&self) -> String {
@@ -199,6 +247,26 @@ pub fn put(
         }
     }
     Ok(())
+}
+
+fn read_loads(
+    tip_force: Option<&Bound<'_, PyAny>>,
+    tip_moment: Option<&Bound<'_, PyAny>>,
+    loads: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Loads> {
+    let mut all = Loads::none();
+    if tip_force.is_some() || tip_moment.is_some() {
+        let read = |what, value: Option<&Bound<'_, PyAny>>| {
+            value.map_or(Ok(cppr::Vector3::zeros()), |value| vector(what, value))
+        };
+        let mut wrench = Wrench::tip_force(read("tip_force", tip_force)?);
+        wrench.moment = read("tip_moment", tip_moment)?;
+        all.wrenches.push(wrench);
+    }
+    if let Some(list) = loads {
+        add_loads(&mut all, list)?;
+    }
+    Ok(all)
 }
 
 /// A bundle under a command.
@@ -371,6 +439,23 @@ impl BundleEquilibrium {
     #[getter]
     fn response_by_wrench(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
         dynamic(py, &self.derivatives(py)?.response_by_wrench)
+    }
+
+    /// Forces with which neighbours press on each other.
+    fn contact<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.with(|solver| rubbing::contact(py, solver, &self.found))
+    }
+
+    /// The equilibria between which friction leaves the pose.
+    #[pyo3(signature = (coefficient, guide = None))]
+    fn friction<'py>(
+        &self,
+        py: Python<'py>,
+        coefficient: f64,
+        guide: Option<f64>,
+    ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let friction = rubbing::friction(coefficient, guide)?;
+        self.with(|solver| rubbing::bounds(py, solver, &self.found, &friction))
     }
 
     /// Fields at sections at most `spacing` (m) apart, from the plate to the last tip.

@@ -2,9 +2,9 @@
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
 use crate::robot::{Robot, Shared};
-use crate::{analysis, command, errors};
+use crate::{analysis, command, errors, rubbing};
 use cppr::Vector3;
-use cppr::analysis::{Accuracy, Against};
+use cppr::analysis::{Accuracy, Against, Integrated};
 use cppr::analysis::{Section, Sensitivity, total_bend};
 use cppr::kinematics::TipPose;
 use cppr::solve::{ActuatorState, SavedEquilibrium, Status};
@@ -94,6 +94,13 @@ impl Equilibrium {
         })
     }
 
+    fn integrated(&self, py: Python<'_>) -> PyResult<Integrated> {
+        let own = py.detach(|| self.shared.with(|w| w.integrated(&self.found)));
+        let text = "contact and friction need an equilibrium of the consistent formulation, rotations of the motors, and a pose that the \
+                    integration along the robot confirms";
+        own.ok_or_else(|| errors::error(py, "NoEquilibrium", text))
+    }
+
     fn actuators<'py>(&self, py: Python<'py>, get: fn(&ActuatorState) -> f64) -> Bound<'py, PyArray1<f64>> {
         line(py, self.found.actuators().iter().map(get))
     }
@@ -101,6 +108,25 @@ impl Equilibrium {
 
 #[pymethods]
 impl Equilibrium {
+    /// Forces with which neighbours press on each other.
+    fn contact<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let own = self.integrated(py)?;
+        rubbing::contact(py, &own.solver(), &own.equilibrium)
+    }
+
+    /// The equilibria between which friction leaves the pose.
+    #[pyo3(signature = (coefficient, guide = None))]
+    fn friction<'py>(
+        &self,
+        py: Python<'py>,
+        coefficient: f64,
+        guide: Option<f64>,
+    ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let friction = rubbing::friction(coefficient, guide)?;
+        let own = self.integrated(py)?;
+        rubbing::bounds(py, &own.solver(), &own.equilibrium, &friction)
+    }
+
     #[getter]
     fn robot(&self) -> Robot {
         Robot { shared: Arc::clone(&self.shared) }

@@ -19,6 +19,7 @@ mod errors;
 mod inverse;
 mod many;
 mod robot;
+mod rubbing;
 mod sweep;
 mod twin;
 mod watch;

@@ -209,3 +209,32 @@ def test_it_is_swept_with_its_designs(tmp_path: Path) -> None:
     assert abs(table["tip_y_m"][2] - table["tip_y_m"][-1]) > 1e-5
     with pytest.raises(cppr.CommandError, match="no modes"):
         cppr.sweep(robot, output, pull=cppr.Range(0.0, 1e-3, 3), settings=cppr.Settings())
+
+
+def test_tubes_press_on_each_other_and_rub() -> None:
+    """R1 under 6 mm with a friction of 0.1: the forces of an independent program, from a robot and from its bundle."""
+    path = ROOT / "robots/r1.toml"
+    modal = cppr.Robot.from_toml(path).solve(6 * cppr.mm, settings=cppr.Settings(planar=True))
+    eq = cppr.Bundle.from_toml(path).solve(pull=6 * cppr.mm)
+    for own in (modal, eq):
+        (pair,) = own.contact()
+        assert (pair["outer"], pair["inner"]) == (1, 2) and pair["force"].shape == (len(pair["length"]), 3)
+        # Constant curvature and tension: N K all along.
+        assert np.allclose(np.linalg.norm(pair["force"], axis=1), 43.0317, rtol=1e-4)
+        loading, unloading = own.friction(0.1)
+        assert loading["tension"][1] == pytest.approx(4.775537, rel=1e-6)
+        assert unloading["tension"][1] == pytest.approx(4.140580, rel=1e-6)
+        assert own.friction(0.1, guide=0.02)[0]["tension"][1] > loading["tension"][1]
+    with pytest.raises(ValueError, match="at least 0"):
+        eq.friction(-0.1)
+
+
+def test_a_cycle_comes_back_to_its_loop() -> None:
+    robot = cppr.Bundle.from_toml(ROOT / "robots/r1.toml")
+    path = [{"pull": x * cppr.mm} for x in (0, 3, 0, 3)]
+    found = robot.cycle(path, 0.1, steps=3)
+    assert found["leg"] == [0, 1, 1, 1, 2, 2, 2, 3, 3, 3] and found["tip_position"].shape == (10, 3)
+    up, down, again = (found["tension"][i, 1] for i in (2, 4, 8))
+    assert up > 1.02 * down and again == pytest.approx(up, rel=1e-4)
+    with pytest.raises(ValueError, match="it has no push"):
+        robot.cycle([{"pull": 0}, {"push": 1e-3}], 0.1)

@@ -166,6 +166,22 @@ class Equilibrium:
 
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+    def contact(self) -> list[dict[str, Any]]:
+        """How the tubes press on each other where they have no clearance: per pair of neighbours the tube numbers `outer` and `inner`, `length` of
+        the centreline (m), `outer_abscissa` and `inner_abscissa` (m), each of shape (m,), and `force`, of the outer tube on the inner one per length of the
+        centreline (N/m), base frame, shape (m, 3).
+        """
+
+    def friction(
+        self, coefficient: float, guide: float | None = None
+    ) -> tuple[dict[str, _Floats], dict[str, _Floats]]:
+        """The two equilibria of full slip between which friction leaves the pose: as if all motors had been driven on to the command, and as if
+        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well.
+
+        Each has `tip_position` (m), and per tube, the leader first, `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m). Raises
+        `NoEquilibrium` where one of them was not found.
+        """
+
     @property
     def robot(self) -> Robot:
         """The robot."""
@@ -511,6 +527,25 @@ class Bundle:
         Raises `NoEquilibrium` where none was found, `CommandError` for what cannot be asked of this robot; warns with `UnitWarning`.
         """
 
+    def cycle(
+        self,
+        waypoints: Sequence[dict[str, Any]],
+        friction: float,
+        *,
+        guide: float | None = None,
+        steps: int = 14,
+        tip_force: VectorLike | None = None,
+        loads: Iterable[Load] | None = None,
+        stretch: bool = False,
+    ) -> dict[str, Any]:
+        """A history of commands with friction between the tubes: from rest to the first waypoint, then from each to the next in `steps` steps.
+
+        A waypoint is a dict of the keywords `pull`, `rotate`, `tension` and `torque` of `solve`. Gives, with a row for every point, `leg`, `tip_position`
+        (m), `slipping` (part of the length on which neighbours slip), and `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m) of all tubes.
+
+        Raises `NoEquilibrium` where a step found none.
+        """
+
 @final
 class BundleEquilibrium:
     """A robot of parts and joints under a command. n stands for the number of tubes."""
@@ -566,6 +601,22 @@ class BundleEquilibrium:
     @property
     def iterations(self) -> int:
         """Newton steps."""
+
+    def contact(self) -> list[dict[str, Any]]:
+        """How the tubes press on each other where they have no clearance: per pair of neighbours the tube numbers `outer` and `inner`, `length` of
+        the centreline (m), `outer_abscissa` and `inner_abscissa` (m), each of shape (m,), and `force`, of the outer tube on the inner one per length of the
+        centreline (N/m), base frame, shape (m, 3).
+        """
+
+    def friction(
+        self, coefficient: float, guide: float | None = None
+    ) -> tuple[dict[str, _Floats], dict[str, _Floats]]:
+        """The two equilibria of full slip between which friction leaves the pose: as if all motors had been driven on to the command, and as if
+        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well.
+
+        Each has `tip_position` (m), and per tube, the leader first, `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m). Raises
+        `NoEquilibrium` where one of them was not found.
+        """
 
     @property
     def inputs(self) -> tuple[tuple[str, int], ...]:
