@@ -8,6 +8,8 @@ cppr solve robots/r3.toml --pull 5mm --plot $figures/r3.svg
 cppr solve robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --rotate 2=30deg --tip-force 0,0,-0.5N --plot $figures/childs3.svg
 cppr section robots/r3.toml --plot $figures/sections.svg
 cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
+cppr solve robots/bundles/s_shape.toml --pull 5mm --contact --plot $figures/contact.svg
+cppr cycle robots/r1.toml --pull 0..7..-7..7mm --friction 0.2 --plot $figures/loop.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 for wrist in wrist150 wrist90; do
     cargo run --release --quiet -p cppr-cli --example wrists -- robots/wrists/$wrist.toml robots/wrists/$wrist.csv 0.2 $figures/$wrist.svg
