@@ -2,7 +2,7 @@
 # Everything that is published, in release/: source packages, the program, Python wheels, the C library, what is in them (SBOM) and
 # checksums. Each is then installed in an empty place and runs its first example without Rust.
 #
-#   ./release.sh              all of it: most of an hour on two cores
+#   ./release.sh              all of it: everything is compiled once for each processor and kind of library
 #   ./release.sh sources sbom only these parts: sources, program, wheels, c, sbom
 #   PROCESSORS=x86_64 ./release.sh wheels   for these processors alone
 #
