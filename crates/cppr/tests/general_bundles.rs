@@ -8,8 +8,9 @@ mod common;
 
 use common::bundle_cases::{cases, command, design, list};
 use cppr::Vector3;
-use cppr::bundle::Bundle;
 use cppr::bundle::solve::BundleSolver;
+use cppr::bundle::{Bundle, BundleDesign, Part, TubeParts};
+use cppr::design::StiffnessTube;
 use cppr::solve::Drive;
 
 #[test]
@@ -68,6 +69,33 @@ fn motions_and_efforts_are_two_views_of_one_equilibrium() {
         assert!(again.converged, "{name}");
         assert!((again.tip - found.tip).norm() < 1e-8, "{name}: {}", (again.tip - found.tip).norm());
         assert!((again.efforts[last].label - found.efforts[last].label).abs() < 1e-8, "{name}");
+    }
+}
+
+/// Where a curved part begins at the tip of a straight tube around it, drawing it in takes the energy of bending both, pushing it out takes nothing:
+/// the force jumps, and is found on both sides from the place between.
+#[test]
+fn a_force_jumps_where_a_curved_part_is_drawn_in() {
+    let part = |length: f64, bending: f64, curvature: f64| Part {
+        length,
+        body: StiffnessTube::uniform(0.0, 0.0, [bending, bending], 0.8 * bending).into(),
+        rest_curvature: curvature,
+        rest_direction: 0.0,
+    };
+    let tubes = vec![
+        TubeParts { parts: vec![part(0.05, 9e-3, 0.0)], shaft: None },
+        TubeParts { parts: vec![part(0.05, 2e-3, 0.0), part(0.03, 2e-3, 10.0)], shaft: None },
+    ];
+    let bundle = Bundle::new(&BundleDesign { name: "edge".into(), tubes, joints: Vec::new() }).unwrap();
+    let mut solver = BundleSolver::new(&bundle);
+    let rest = solver.rest().unwrap().clone();
+    let energy = 0.5 * 100.0 * 9e-3 * 2e-3 / 11e-3;
+    for (motion, force) in [(1e-5, energy), (-1e-5, 0.0)] {
+        let mut command = solver.held();
+        command.drives[1].translation = Drive::Motion(motion);
+        let found = solver.continued(&command, &rest).unwrap();
+        assert!(found.stable && (found.tip - rest.tip).norm() < 1.1e-5, "{}", found.tip);
+        assert!((found.efforts[1].force - force).abs() < 1e-8, "{} N for {force}", found.efforts[1].force);
     }
 }
 

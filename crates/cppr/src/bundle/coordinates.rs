@@ -11,6 +11,8 @@ use nalgebra::DMatrix;
 
 /// Slopes in scaled variables beyond which coordinates are exchanged.
 const GROWN: f64 = 1e3;
+/// Factor by which slopes that are as great may grow in one step: e³, where the integration still follows what grows and what decays.
+const GROWTH: f64 = 20.0;
 /// Pivots below this part of the greatest are zero: then coordinates stay as they are.
 const SINGULAR: f64 = 1e-12;
 
@@ -79,14 +81,29 @@ impl Coordinates {
         self.conditions.iter().fold(0.0, |most, own| f64::max(most, own.value.abs()))
     }
 
-    /// Exchanges coordinates where slopes of the state have grown; `scales` are the units of the values that others depend on.
-    pub fn exchange<S: Number>(&mut self, values: &mut [S], scales: &[f64]) {
-        let width = values.first().map_or(0, |value| value.slopes().len());
+    /// Greatest slope by a coordinate; `scales` are the units of the values that others depend on.
+    fn size<S: Number>(&self, values: &[S], scales: &[f64]) -> f64 {
         let size = |(value, scale): (&S, &f64)| {
             let own = value.slopes().iter().take(self.unknowns);
             own.fold(0.0, |most: f64, slope| most.max(slope.abs())) / scale
         };
-        if width == 0 || !values.iter().zip(scales).map(size).any(|size| size > GROWN) {
+        values.iter().zip(scales).map(size).fold(0.0, f64::max)
+    }
+
+    /// How many times longer a step is than slopes may grow in one, from values to others.
+    pub fn overgrowth<S: Number>(&self, from: &[S], to: &[S], scales: &[f64]) -> f64 {
+        let [before, after] = [from, to].map(|values| self.size(values, scales));
+        if after > GROWN || self.stage() > 0 && before > 0.0 {
+            (after / before).ln() / GROWTH.ln()
+        } else {
+            0.0
+        }
+    }
+
+    /// Exchanges coordinates where slopes of the state have grown.
+    pub fn exchange<S: Number>(&mut self, values: &mut [S], scales: &[f64]) {
+        let width = values.first().map_or(0, |value| value.slopes().len());
+        if width == 0 || self.size(values, scales) <= GROWN {
             return;
         }
         let dependent = &values[..scales.len()];

@@ -16,6 +16,8 @@ pub(super) const BETWEEN: f64 = 100.0;
 const LONGEST: f64 = 20.0;
 /// Singular values below this part of the greatest are zero.
 const SINGULAR: f64 = 1e-14;
+/// Forces jump where an event passes another one: so many steps across may make things worse.
+const CROSSINGS: usize = 8;
 /// Steps of the integration are cut where that is needed until Newton's step is below this.
 pub(super) const ROUGH: f64 = 1e-2;
 
@@ -161,6 +163,7 @@ pub(super) fn newton(
     steps.adapt = true;
     let mut here = Point::new(frame, walk, start, steps)?;
     let walk = &Walk { course: None, ..*walk };
+    let mut crossings = 0;
     for iterations in 1..=most {
         let size = here.greatest();
         if here.size[0] <= settled && here.size[1] <= BETWEEN * settled {
@@ -174,7 +177,9 @@ pub(super) fn newton(
             steps.adapt = size > ROUGH;
             if let Ok(next) = Point::new(frame, walk, unknowns, steps) {
                 let enough = 1.0 - 0.25 * factor;
-                if next.greatest() <= enough * size || next.defect <= enough * here.defect {
+                let crosses = crossings < CROSSINGS && next.steps.order() != here.steps.order();
+                if crosses || next.greatest() <= enough * size || next.defect <= enough * here.defect {
+                    crossings += usize::from(crosses);
                     here = next;
                     break;
                 }

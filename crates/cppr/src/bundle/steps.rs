@@ -108,6 +108,11 @@ impl Steps {
         self.spans.get(number).map(|span| span.key)
     }
 
+    /// Keys of all spans.
+    pub fn order(&self) -> impl PartialEq + use<> {
+        self.spans.iter().map(|span| span.key).collect::<Vec<_>>()
+    }
+
     /// Span `number` ends at the stop of this key. Where tubes have come to pass their events in another order, the steps of that span are
     /// those that were kept for it.
     fn begin(&mut self, number: usize, key: (usize, usize), passed: &[usize]) {
@@ -182,9 +187,7 @@ impl Steps {
             self.defect = self.defect.max((value.value() - old).abs() / scale);
             *value = value.moved_to(*old);
         }
-        // Without loads nothing depends on the pose.
-        let dependent = if walk.command.loaded { scales.len() } else { 4 * tubes };
-        self.coordinates.exchange(&mut flow.values, &scales[..dependent]);
+        self.coordinates.exchange(&mut flow.values, &scales[..dependent(tubes, walk, &scales)]);
         node.stage = self.coordinates.stage();
         // As many values as there are: with slopes, one row of them for each.
         node.values.truncate(flow.values.len());
@@ -313,6 +316,7 @@ fn try_march<S: Number>(
         return Ok(passed(flow, limits));
     }
     let scales = scales(flow.present.len(), width, walk);
+    let dependent = dependent(flow.present.len(), walk, &scales);
     let longest = walk.longest / way;
     let stops: usize = walk.command.stops.iter().map(Vec::len).sum();
     let most = MOST_STEPS * (1 + stops);
@@ -327,7 +331,10 @@ fn try_march<S: Number>(
         let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
         let taken = one_step(flow, leading, step, &mut slopes, &mut trial);
         let error = match taken {
-            Ok(()) => estimate(&slopes, width, step.value(), &scales) / walk.tolerance,
+            Ok(()) => {
+                let grown = steps.coordinates.overgrowth(&flow.values, &trial, &scales[..dependent]);
+                (estimate(&slopes, width, step.value(), &scales) / walk.tolerance).max(grown.max(0.0).powi(8))
+            }
             Err(Unbalanced) => f64::INFINITY,
         };
         let coarse = error > 1.0 || error.is_nan();
@@ -416,6 +423,11 @@ fn estimate<S: Number>(slopes: &[S], width: usize, step: f64, scales: &[f64]) ->
     };
     let (fifth, third) = (square(FIFTH), square(THIRD));
     if fifth <= 0.0 { 0.0 } else { fifth / (fifth + 0.01 * third).sqrt() }
+}
+
+/// How many values others depend on: without loads nothing depends on the pose.
+fn dependent(tubes: usize, walk: &Walk, scales: &[f64]) -> usize {
+    if walk.command.loaded { scales.len() } else { 4 * tubes }
 }
 
 /// Units of the state vector's first `width` values.
