@@ -178,7 +178,9 @@ fn span_with(text: &str, kind: Kind, unit: &str) -> Result<Span, String> {
 /// Reads `[K=]VALUE` or `[K=]VALUE..VALUE..VALUE`, where K may be tube 1; the unit behind the last value serves all.
 pub fn path_for_any_tube(text: &str, kind: Kind) -> Result<ForTube<Vec<f64>>, String> {
     for_tube_from(1, text, |values| {
-        let unit = kind.unit_of(values).unwrap_or("");
+        let Some(unit) = kind.unit_of(values) else {
+            return scalar(values.rsplit("..").next().unwrap_or_default(), kind).map(|value| vec![value]);
+        };
         let each = values.split("..").map(|value| match value.trim().parse::<f64>() {
             Ok(_) => scalar(&format!("{value}{unit}"), kind),
             Err(_) => scalar(value, kind),
