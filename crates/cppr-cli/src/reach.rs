@@ -21,7 +21,7 @@ Examples:
   cppr reach robots/childs3.toml --position 25.152,-2.689,13.327mm --rotate 3=0deg --pull-bounds 2=-2..2mm --pull-bounds 3=-2..2mm --rotate-bounds 2=-45..45deg
   cppr reach robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N --json -
   cppr reach robots/r1.toml --position 100,100,100mm --plot reach.svg
-  cppr reach robots/bundles/two_sections.toml --position 110,-20,0mm --rotate 2=0deg --rotate 3=0deg --rotate 4=0deg
+  cppr reach robots/bundles/two_sections.toml --position 110,-20,0mm --pull 3=0mm --pull-bounds 2=-5..5mm --pull-bounds 4=-5..5mm --rotate 2=0deg --rotate 3=0deg --rotate 4=0deg
 
 Actuators that are given a value keep it, all others are free. The target is in the base frame: the robot at rest
 lies along +X from the baseplate. What is out of reach is answered with the nearest pose and its distance.";
