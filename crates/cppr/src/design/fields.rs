@@ -1,13 +1,14 @@
 //! Material fields of one tube along its rest abscissa x (m), tabulated once per robot.
 //!
-//! Between x = 0 and x = L every field is a C² cubic spline through its sampled design values; a uniform
-//! tube keeps constants. Below the plate (x < 0) the fields are constants and the direction is linear.
+//! Between x = 0 and x = L every field is a C² cubic spline through its sampled design values, whose slopes are limited where it would leave the
+//! range of what it interpolates; a uniform tube keeps constants. Below the plate (x < 0) the fields are constants and the direction is linear.
 //! The tables give value and exact derivatives of one and the same function, so that the tangent of the
 //! equilibrium is the derivative of its residual to rounding.
 
 use super::spline::CubicSpline;
 use crate::real::Real;
 use std::array::from_fn;
+use std::collections::BTreeSet;
 
 /// Value, first and second derivative with respect to x.
 pub(crate) type Jet<S = f64> = [S; 3];
@@ -110,6 +111,27 @@ impl Fields {
             CubicSpline::uniform(length, &samples.iter().map(|s| s.direction).collect::<Vec<_>>());
         let has_mass = samples.iter().chain([&below]).any(|s| s.mass_per_length > 0.0);
         Self { length, splines, direction, base, below, below_twist, has_axial, has_mass, off_axis }
+    }
+
+    /// Cells of the tables in which a field goes beyond its samples at both ends; none where the fields are uniform.
+    pub fn overshooting(&self) -> Vec<usize> {
+        let all = self.splines.iter().chain([&self.direction]);
+        let cells: BTreeSet<usize> = all.flat_map(CubicSpline::overshooting).collect();
+        cells.into_iter().collect()
+    }
+
+    /// Keeps all fields of a cell within those of some samples from it, its ends among them.
+    pub fn keep_within(&mut self, cell: usize, samples: &[FieldValues]) {
+        let range = |value: &dyn Fn(&FieldValues) -> f64| {
+            samples
+                .iter()
+                .map(value)
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+        };
+        for (which, spline) in self.splines.iter_mut().enumerate() {
+            spline.keep_within(cell, range(&|sample| sample.tabulated()[which]));
+        }
+        self.direction.keep_within(cell, range(&|sample| sample.direction));
     }
 
     /// True where any part of the tube weighs something.

@@ -14,6 +14,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Cells of the field tables along [0, L]; the spline error is far below the discretisation's.
 const TABLE_CELLS: u16 = 256;
+/// Parts of a cell at whose ends its fields are looked at where a spline may leave their range.
+const INSIDE: u16 = 8;
 /// Depths at which the torsion constant is solved for, between the least and the greatest depth.
 const TORSION_SAMPLES: u8 = 16;
 /// Part of the wall on both sides of the depth at which the ring opens that is not interpolated.
@@ -382,7 +384,18 @@ fn tabulate(number: usize, tube: &TubeDesign, length: f64) -> Result<Fields, Vec
             return Err(problems);
         }
     }
-    Ok(Fields::new(length, &samples, below, twist))
+    let mut fields = Fields::new(length, &samples, below, twist);
+    for cell in fields.overshooting() {
+        let (from, to) = (abscissae[cell], abscissae[cell + 1]);
+        let inside: Vec<f64> =
+            (0..=INSIDE).map(|i| from + (to - from) * f64::from(i) / f64::from(INSIDE)).collect();
+        let samples = match tube {
+            TubeDesign::Notched(t) => sample_notched(number, t, length, &inside)?.0,
+            TubeDesign::Stiffness(t) => sample_stiffness(t, length, &inside).0,
+        };
+        fields.keep_within(cell, &samples);
+    }
+    Ok(fields)
 }
 
 type Samples = (Vec<FieldValues>, FieldValues, f64);
