@@ -2,8 +2,9 @@
 
 use crate::Failure;
 use crate::bundle::Ready;
-use crate::command::{CommandArgs, build, described};
+use crate::command::{CommandArgs, build};
 use crate::quantity::{ForTube, Kind, bounds};
+use crate::resolved::{AccuracyArgs, Resolved};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
 use cppr::analysis::{BundleAnalysis, Governing, Teeth, absurd_demand, governing};
@@ -31,10 +32,11 @@ impl FreeArgs {
         &self,
         robot: &Path,
         args: &CommandArgs,
+        accuracy: &AccuracyArgs,
         of_robot: impl FnOnce(&mut Solver, &Command, &[FreeInput]) -> Result<(), Failure>,
         of_bundle: impl FnOnce(&mut BundleAnalysis, &BundleCommand, &[FreeInput]) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        match described(robot)? {
+        match accuracy.described(robot)? {
             Described::Robot(file) => {
                 let built = build(&file, robot)?;
                 let command = args.command(&built)?;
@@ -84,10 +86,7 @@ impl FreeArgs {
         let choosable = analysis.choosable(command);
         let moves = |input: &Input| choosable.contains(input) || self.bounds_of(*input).is_some();
         let inputs = command.inputs().into_iter().filter(moves).collect();
-        self.within(args, inputs, || {
-            let ranges = analysis.safe_ranges(command, Teeth::Rigid);
-            Ok(analysis.free_within(&ranges.map_err(|problem| no_bounds(&problem))?))
-        })
+        self.within(args, inputs, || analysis.free(command).map_err(|problem| no_bounds(&problem)))
     }
 
     fn bounds_of(&self, input: Input) -> Option<[f64; 2]> {
@@ -190,14 +189,21 @@ pub struct State {
     pub text: String,
     /// Motions and efforts as JSON.
     pub actuators: Value,
+    /// Discretisation error as JSON; of a bundle its own.
+    pub accuracy: Value,
 }
 
 impl State {
     /// Of a robot.
-    pub fn of(solver: &mut Solver, found: &Equilibrium) -> Self {
+    pub fn of(solver: &mut Solver, resolved: &Resolved) -> Self {
+        let found = &resolved.found;
         let margin = solver.stability(found).map(|s| s.margin);
         let sections = solver.section_limits(found, Teeth::Rigid);
-        Self::new(&efforts(found), governing(&sections, margin).as_ref())
+        let mut state = Self::new(&efforts(found), governing(&sections, margin).as_ref(), resolved.json());
+        for (head, value) in resolved.lines() {
+            line(&mut state.text, head, &value);
+        }
+        state
     }
 
     /// Of a bundle.
@@ -205,13 +211,13 @@ impl State {
         let efforts =
             (1..).zip(&found.efforts).map(|(tube, a)| (tube, [a.label, a.rotation, a.force, a.torque]));
         let sections = analysis.section_limits(found, Teeth::Rigid);
-        Self::new(&efforts.collect::<Vec<_>>(), governing(&sections, None).as_ref())
+        Self::new(&efforts.collect::<Vec<_>>(), governing(&sections, None).as_ref(), Value::Null)
     }
 
-    fn new(efforts: &[Effort], nearest: Option<&Governing>) -> Self {
+    fn new(efforts: &[Effort], nearest: Option<&Governing>, accuracy: Value) -> Self {
         let mut text = String::new();
         state_table(&mut text, efforts, nearest);
-        Self { text, actuators: actuators_json(efforts) }
+        Self { text, actuators: actuators_json(efforts), accuracy }
     }
 }
 

@@ -27,7 +27,7 @@ use crate::robot_file::{self, RobotFile, parse_as, read_as, read_factor, read_na
 use crate::stiffness::read_stiffness;
 use crate::tube_file::{self, Robot, Tube, check_nesting, notched, read_outline, uncut};
 use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
-use cppr::design::{BelowPlate, Material, NotchedTube, Outline, Profile, TubeDesign};
+use cppr::design::{Material, Outline, TubeDesign};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
@@ -156,7 +156,7 @@ fn bundle_of(table: &DeTable<'_>, out: &mut Collector) -> Option<BundleDesign> {
     });
     let joints = read_joints(&root, &tubes, out);
     let (outlines, tubes): (Vec<Tube>, Vec<_>) =
-        tubes.into_iter().map(|t| (t.tube, t.parts.map(|parts| TubeParts { parts, shaft: t.shaft }))).unzip();
+        tubes.into_iter().map(|t| (t.tube, t.parts.map(|parts| TubeParts::new(parts, t.shaft)))).unzip();
     check_nesting(&outlines, out);
     let tubes = tubes.into_iter().collect::<Option<Vec<_>>>()?;
     (!tubes.is_empty()).then_some(())?;
@@ -191,7 +191,7 @@ fn read_tube(
         _ => None,
     };
     let shaft = read_shaft(cursor, section.as_ref(), cursor.has("stiffness"), out);
-    Read { parts: part.map(|part| with_below(vec![part])), shaft, length, tube }
+    Read { parts: part.map(|part| vec![part]), shaft, length, tube }
 }
 
 fn read_parts(cursor: &Cursor<'_, '_>, number: usize, common: &mut Robot, out: &mut Collector) -> Read {
@@ -246,7 +246,7 @@ fn read_parts(cursor: &Cursor<'_, '_>, number: usize, common: &mut Robot, out: &
     }
     let section = outline.as_ref().map(|(outline, _)| outline.clone()).zip(material);
     let shaft = read_shaft(cursor, section.as_ref(), !by_section, out);
-    let parts = built.into_iter().collect::<Option<Vec<_>>>().map(with_below);
+    let parts = built.into_iter().collect::<Option<Vec<_>>>();
     Read { parts, shaft, length: total, tube: Tube { outline, ..Tube::default() } }
 }
 
@@ -299,22 +299,6 @@ fn read_rest(cursor: &Cursor<'_, '_>, out: &mut Collector) -> Option<[f64; 2]> {
         value(curvature.present, curvature.value)?,
         value(direction.present, direction.value)?.to_radians(),
     ])
-}
-
-/// Below the plate a notched tube is uncut, unless its pattern goes on there.
-#[must_use]
-pub fn with_below(mut parts: Vec<Part>) -> Vec<Part> {
-    let Some(first) = parts.first() else { return parts };
-    if let TubeDesign::Notched(tube) = &first.body
-        && first.length > 0.0
-        && tube.below == BelowPlate::Plain
-    {
-        let direction = Profile::constant(tube.direction.eval(0.0, first.length)[0]);
-        let plain = NotchedTube { depth: Profile::constant(0.0), direction, pattern: None, ..tube.clone() };
-        let below = Part { length: 0.0, body: TubeDesign::Notched(plain), ..first.clone() };
-        parts.insert(0, below);
-    }
-    parts
 }
 
 fn read_shaft(

@@ -7,7 +7,6 @@ use cppr::design::{
     BelowPlate, Material, NotchPattern, NotchedTube, Outline, Profile, RobotDesign, StiffnessTube,
     TeethStiffness, Torsion, TubeDesign,
 };
-use cppr_io::bundle_file::with_below;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -135,7 +134,7 @@ impl<'py> Reader<'py> {
         } else {
             return Err(errors::wrong_type(&format!("the shaft of {own}"), "a Shaft", &shaft));
         };
-        Ok(TubeParts { parts: with_below(parts), shaft })
+        Ok(TubeParts::new(parts, shaft))
     }
 
     fn joint(

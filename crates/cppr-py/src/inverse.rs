@@ -28,17 +28,6 @@ fn free(py: Python<'_>, equilibrium: &Equilibrium) -> PyResult<Vec<FreeInput>> {
     Ok(free_within(&shared.robot, &ranges))
 }
 
-/// The same of a bundle.
-fn free_of_bundle(
-    analysis: &mut BundleAnalysis<'_>,
-    command: &BundleCommand,
-) -> Result<Vec<FreeInput>, RangeProblem> {
-    let inputs = analysis.choosable(command);
-    let one = |input: Input| analysis.safe_range(command, input, Teeth::Rigid);
-    let ranges = inputs.into_iter().map(one).collect::<Result<Vec<_>, _>>()?;
-    Ok(analysis.free_within(&ranges))
-}
-
 /// What makes a Python object of an equilibrium found.
 trait Kept<E> {
     fn kept(&self, py: Python<'_>, found: E) -> PyResult<Py<PyAny>>;
@@ -118,8 +107,7 @@ pub fn reach<'py>(
             let found = &own.found;
             let searched = own.analysed(py, |analysis| {
                 let command = found.command();
-                let free =
-                    if near { Ok(analysis.free_near(command)) } else { free_of_bundle(analysis, command) };
+                let free = if near { Ok(analysis.free_near(command)) } else { analysis.free(command) };
                 free.map(|free| {
                     let answer = if near {
                         analysis.reach_near(found, &free, &target, &accuracy)

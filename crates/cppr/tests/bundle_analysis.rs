@@ -11,27 +11,11 @@ use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target};
 use cppr::analysis::{BundleAnalysis, Limit, SafeRange, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
-use cppr::bundle::{Bundle, BundleDesign, Part, TubeParts};
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::{BelowPlate, Robot, TubeDesign};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Freedom, Input, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
-
-/// A robot whose tubes have one length as a bundle of one part each.
-fn as_bundle(robot: &Robot) -> BundleDesign {
-    let part = |body: &TubeDesign| Part {
-        length: robot.length(),
-        body: body.clone(),
-        rest_curvature: 0.0,
-        rest_direction: 0.0,
-    };
-    let tubes = &robot.design().tubes;
-    BundleDesign {
-        name: "bundle".into(),
-        tubes: tubes.iter().map(|body| TubeParts { parts: vec![part(body)], shaft: None }).collect(),
-        joints: vec![(0..tubes.len()).map(|tube| (tube, robot.length())).collect()],
-    }
-}
 
 fn followers(command: &Command) -> BundleCommand {
     let drive = |a: &Actuator| TubeDrive { translation: a.push_pull, rotation: a.rotation };
@@ -54,7 +38,7 @@ fn three() -> Robot {
 #[test]
 fn derivatives_are_those_of_the_modal_solver() {
     let robot = three();
-    let design = as_bundle(&robot);
+    let design = BundleDesign::from(robot.design());
     let bundle = Bundle::new(&design).unwrap();
     let mut solver = BundleSolver::new(&bundle).with_tolerance(1e-10);
     let settings = Settings { resolution: Resolution::SPATIAL.refined(3), ..Settings::default() };
@@ -104,7 +88,7 @@ fn derivatives_are_those_of_the_modal_solver() {
 #[test]
 fn great_bends_are_those_of_the_modal_solver() {
     let robot = prototype("R1", 1.27, BelowPlate::Continued);
-    let bundle = Bundle::new(&as_bundle(&robot)).unwrap();
+    let bundle = Bundle::new(&BundleDesign::from(robot.design())).unwrap();
     let settings = Settings { resolution: Resolution::PLANAR.refined(4), ..Settings::default() };
     for motion in [-60e-3, 60e-3, 100e-3] {
         let command = Command::pull(&[motion]);
@@ -151,7 +135,7 @@ fn notches_are_judged_as_in_a_robot_of_one_length() {
         (pattern.length, pattern.tooth) = (0.2 * pattern.pitch(), 0.8 * pattern.pitch());
     }
     let robot = Robot::from_design(design).unwrap();
-    let design = as_bundle(&robot);
+    let design = BundleDesign::from(robot.design());
     let bundle = Bundle::new(&design).unwrap();
     let mut analysis = BundleAnalysis::new(BundleSolver::new(&bundle), &design);
     let settings = Settings { resolution: Resolution::SPATIAL.refined(3), ..Settings::default() };

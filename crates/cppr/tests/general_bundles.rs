@@ -183,3 +183,50 @@ fn the_shape_ends_at_the_tip() {
         }
     }
 }
+
+/// A control loop that goes over a loop of commands in place has at every pose the equilibrium that is solved for from rest, stable as that, whether or not
+/// slopes of neighbours led there; and where a robot snaps it says so as the other.
+#[test]
+fn a_control_loop_finds_what_is_found_from_rest() {
+    let mut compared = 0;
+    for case in &cases() {
+        let design = design(case);
+        let bundle = Bundle::new(&design).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let first = command(case);
+        let mut found = solver.solve(&first);
+        let tubes = design.tubes.len();
+        for step in 1..=24 {
+            let phase = f64::from(step) * std::f64::consts::PI / 12.0;
+            let mut moved = first.clone();
+            for (tube, drive) in moved.drives.iter_mut().enumerate().skip(tubes - 1) {
+                let by = [4e-4 * phase.sin(), 0.2 * (1.0 - phase.cos()) / (tube as f64 + 1.0)];
+                drive.translation = Drive::Motion(drive.translation.value() + by[0]);
+                drive.rotation = Drive::Motion(drive.rotation.value() + by[1]);
+            }
+            solver.solve_into(&moved, &mut found);
+            let mut fresh = BundleSolver::new(&bundle);
+            let whole = fresh.solve(&moved);
+            assert_eq!(
+                (found.converged, found.stable),
+                (whole.converged, whole.stable),
+                "{} at {step}",
+                design.name
+            );
+            if !found.stable {
+                continue;
+            }
+            compared += 1;
+            let away = (found.tip - whole.tip).norm();
+            assert!(away < 1e-6 * bundle.length(), "{} at {step}: {away:e} m", design.name);
+            for (own, other) in found.efforts.iter().zip(&whole.efforts) {
+                let size = 1e-5 * (1.0 + other.force.abs());
+                assert!((own.force - other.force).abs() < size, "{} at {step}", design.name);
+            }
+        }
+        // Far away, with a motor turned by more than a quarter, it goes on in steps.
+        solver.solve_into(&first, &mut found);
+        assert!((found.tip - solver.solve(&first).tip).norm() < 1e-6 * bundle.length(), "{}", design.name);
+    }
+    assert!(compared > 180, "{compared}");
+}

@@ -104,9 +104,27 @@ impl<'a> BundleAnalysis<'a> {
         self.choosable(command).into_iter().filter_map(about).collect()
     }
 
+    /// Does any part have fibres, whose strain and closure limits judge? Parts given by their stiffness have none.
+    fn is_judged(&self) -> bool {
+        self.parts.iter().flatten().any(|(.., fibres)| fibres.is_some())
+    }
+
+    /// [Motors that may be chosen](Self::choosable) for a search about a command: between the ends of their safe ranges, or where nothing of the bundle is judged within what
+    /// [`Self::free_near`] gives.
+    ///
+    /// # Errors
+    /// Where the command itself is not safe.
+    pub fn free(&mut self, command: &BundleCommand) -> Result<Vec<FreeInput>, RangeProblem> {
+        if !self.is_judged() {
+            return Ok(self.free_near(command));
+        }
+        let start = self.start(command)?;
+        let ranges = safe_ranges(self, command, start, &self.choosable(command), Teeth::Rigid)?;
+        Ok(self.free_within(&ranges))
+    }
+
     /// Motors between the ends of their safe ranges; where nothing was met, up to half a turn of bend or rotation.
-    #[must_use]
-    pub fn free_within(&self, ranges: &[SafeRange]) -> Vec<FreeInput> {
+    fn free_within(&self, ranges: &[SafeRange]) -> Vec<FreeInput> {
         let [.., lever] = self.stiffness();
         let free = |range: &SafeRange| {
             let natural = match (range.input.freedom, range.input.is_motion) {
@@ -127,7 +145,7 @@ impl<'a> BundleAnalysis<'a> {
     /// no fibres and are left out, and so is what comes up from below the plate but for the first part.
     #[must_use]
     pub fn section_limits(&self, found: &BundleEquilibrium, teeth: Teeth) -> Vec<SectionLimit> {
-        if !found.converged {
+        if !(found.converged && self.is_judged()) {
             return Vec::new();
         }
         let shape = self.solver.shape(found, self.solver.bundle().length() / SECTIONS);

@@ -6,7 +6,7 @@ use crate::design::metal::Metal;
 use crate::design::robot::{barycentric, chebyshev, misfit};
 use crate::design::{
     BelowPlate, CellFactors, DesignProblem, DesignProblems, JointProblem, NotchedTube, Outline, Profile,
-    Robot, SectionError, StiffnessTube, Torsion, TubeDesign,
+    Robot, RobotDesign, SectionError, StiffnessTube, Torsion, TubeDesign,
 };
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -35,6 +35,24 @@ pub struct TubeParts {
 }
 
 impl TubeParts {
+    /// A tube of parts, from base to tip. Below the plate a notched tube is uncut unless its pattern goes on there: a first part without length that
+    /// says so is put before them.
+    #[must_use]
+    pub fn new(mut parts: Vec<Part>, shaft: Option<Shaft>) -> Self {
+        if let Some(first) = parts.first()
+            && let TubeDesign::Notched(tube) = &first.body
+            && first.length > 0.0
+            && tube.below == BelowPlate::Plain
+        {
+            let direction = Profile::constant(tube.direction.eval(0.0, first.length)[0]);
+            let plain =
+                NotchedTube { depth: Profile::constant(0.0), direction, pattern: None, ..tube.clone() };
+            let below = Part { length: 0.0, body: TubeDesign::Notched(plain), ..first.clone() };
+            parts.insert(0, below);
+        }
+        Self { parts, shaft }
+    }
+
     /// Label of the tip (m).
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -51,6 +69,19 @@ pub struct BundleDesign {
     pub tubes: Vec<TubeParts>,
     /// Joints: tubes (index from 0) and the labels (m) at which they are bonded. A tip in no joint is free.
     pub joints: Vec<Vec<(usize, f64)>>,
+}
+
+impl From<&RobotDesign> for BundleDesign {
+    /// A robot whose tubes have one length and are joined at the tip: each tube is one part.
+    fn from(design: &RobotDesign) -> Self {
+        let RobotDesign { name, length, tubes } = design;
+        let whole = |body: &TubeDesign| {
+            let part = Part { length: *length, body: body.clone(), rest_curvature: 0.0, rest_direction: 0.0 };
+            TubeParts::new(vec![part], None)
+        };
+        let joint = (0..tubes.len()).map(|tube| (tube, *length)).collect();
+        Self { name: name.clone(), tubes: tubes.iter().map(whole).collect(), joints: vec![joint] }
+    }
 }
 
 impl BundleDesign {
@@ -114,16 +145,7 @@ impl Bundle {
     /// # Errors
     /// A section that cannot be built; a checked robot has none.
     pub fn from_robot(robot: &Robot) -> Result<Self, DesignProblems> {
-        let length = robot.length();
-        let mut tubes = Vec::new();
-        for (index, tube) in robot.design().tubes.iter().enumerate() {
-            let mut pieces = vec![below(index + 1, tube, length).map_err(DesignProblems)?];
-            pieces.extend(body(index + 1, tube, 0.0, length, [0.0; 2]).map_err(DesignProblems)?);
-            merge_uniform(&mut pieces);
-            tubes.push(BundleTube { pieces, tip: length, shaft: None, radius: reach(tube) });
-        }
-        let joint = (0..tubes.len()).map(|tube| (tube, length)).collect();
-        Ok(Self::assemble(tubes, vec![joint]))
+        Self::new(&robot.design().into())
     }
 }
 
@@ -186,27 +208,6 @@ fn reach(body: &TubeDesign) -> f64 {
     match body {
         TubeDesign::Notched(tube) => tube.outline.outer_reach(),
         TubeDesign::Stiffness(_) => 0.0,
-    }
-}
-
-/// What of a robot's tube comes up from below the plate.
-fn below(number: usize, tube: &TubeDesign, length: f64) -> Result<Piece, Vec<DesignProblem>> {
-    let at = |error| vec![DesignProblem::Section { tube: number, x: 0.0, error }];
-    match tube {
-        TubeDesign::Notched(t) => {
-            let fields = Notched::new(t, length);
-            let [direction, twist, _] = t.direction.eval(0.0, length);
-            let values = match t.below {
-                BelowPlate::Plain => fields.at_depth(0.0, None).map_err(at)?,
-                BelowPlate::Continued => fields.at(0.0).map_err(at)?,
-            };
-            let twist = if t.below == BelowPlate::Plain { 0.0 } else { twist };
-            Ok(Piece::uniform(f64::NEG_INFINITY, 0.0, &Values { direction, ..values }, twist))
-        }
-        TubeDesign::Stiffness(t) => {
-            let twist = t.direction.eval(0.0, length)[1];
-            Ok(Piece::uniform(f64::NEG_INFINITY, 0.0, &given(t, 0.0, length), twist))
-        }
     }
 }
 

@@ -340,7 +340,7 @@ pub(super) fn plate(bundle: &Bundle, first: &Cut) -> Vec<[f64; 2]> {
     let each = first.tubes.iter().zip(&first.states).zip(&first.moment);
     each.map(|((&tube, state), moment)| {
         let piece = bundle.tubes[tube].piece_at(state.label - SAME * bundle.length);
-        let below = Tube::new(piece, *state, None, false).local([0.0; 2], false).moment();
+        let below = Tube::new(piece, *state, None, false).plain([0.0; 2]).moment;
         [below[0] - moment[0], below[1] - moment[1]]
     })
     .collect()

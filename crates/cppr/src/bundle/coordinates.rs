@@ -7,7 +7,7 @@
 //! backwards, where what has grown decays.
 
 use super::number::Number;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Slopes in scaled variables beyond which coordinates are exchanged.
 const GROWN: f64 = 1e3;
@@ -74,6 +74,11 @@ impl Coordinates {
     pub fn leave<S: Number>(&mut self, left: S, unit: f64) {
         let slopes = left.slopes().iter().map(|s| s / unit).collect();
         self.conditions.push(Left { value: left.value() / unit, slopes });
+    }
+
+    /// What is left of every condition.
+    pub fn values(&self) -> DVector<f64> {
+        DVector::from_iterator(self.conditions.len(), self.conditions.iter().map(|own| own.value))
     }
 
     /// Greatest of what is left.

@@ -81,21 +81,6 @@ const MARGIN: f64 = 0.05;
 const SHORTEST: f64 = 1e-4;
 
 impl Piece {
-    /// A piece on which all fields are constant and φ has the given rate (rad/m).
-    pub fn uniform(from: f64, to: f64, values: &Values, twist: f64) -> Self {
-        let anchor = if from.is_finite() { from } else { to };
-        let direction = values.direction + if from.is_finite() { 0.0 } else { twist * (to - anchor) };
-        Self {
-            to,
-            jumps: true,
-            uniform: Some(values.table()),
-            linear: Some([direction, twist]),
-            from: anchor,
-            series: Vec::new(),
-            metal: None,
-        }
-    }
-
     /// Pieces over [from, to] (m) of fields that are smooth there, of a tube of the given length (m).
     pub fn fit(from: f64, to: f64, length: f64, field: &dyn Fn(f64) -> Values) -> Vec<Self> {
         let mut pieces = Vec::new();
@@ -188,9 +173,17 @@ impl Piece {
         }
     }
 
+    /// All fields but the direction with their slopes at x; `None` where they are uniform.
+    pub fn jets(&self, x: f64) -> Option<[[f64; 3]; FIELDS]> {
+        self.uniform.is_none().then(|| from_fn(|which| self.series_at(which, x)))
+    }
+
     /// Clenshaw's recurrence, differentiated twice. Well beyond the piece a field keeps its value: a polynomial would leave its
     /// range there.
     fn series_at(&self, which: usize, x: f64) -> [f64; 3] {
+        if let [constant] = self.series[which][..] {
+            return [constant, 0.0, 0.0];
+        }
         let margin = MARGIN * (self.to - self.from);
         let inside = x.clamp(self.from - margin, self.to + margin);
         if (inside - x).abs() > 0.0 {
@@ -244,8 +237,8 @@ fn fit_into(pieces: &mut Vec<Piece>, from: f64, to: f64, shortest: f64, field: &
             let size =
                 coefficients.iter().fold(if f == FIELDS { 1.0 } else { 0.0 }, |m: f64, c| m.max(c.abs()));
             fine &= coefficients[n - 2..].iter().all(|c| c.is_nan() || c.abs() <= FIT * size);
-            let used =
-                coefficients.iter().rposition(|c| c.is_nan() || c.abs() > 1e-14 * size).map_or(1, |i| i + 1);
+            // A field that is not known is so everywhere.
+            let used = coefficients.iter().rposition(|c| c.abs() > 1e-14 * size).map_or(1, |i| i + 1);
             coefficients.truncate(used);
             coefficients
         })

@@ -430,7 +430,7 @@ impl Flow<'_, f64> {
     pub fn locals(&self, omega: [f64; 2]) -> Vec<Local> {
         let mut scratch = Scratch::default();
         self.section(&self.values, &mut scratch);
-        scratch.tubes.iter().map(|tube| tube.local(omega, true)).collect()
+        scratch.tubes.iter().map(|tube| tube.local(omega)).collect()
     }
 }
 

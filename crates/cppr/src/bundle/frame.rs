@@ -197,6 +197,7 @@ impl<'a> Frame<'a> {
             posed: self.prepared.loaded,
             tolerance,
             longest: f64::INFINITY,
+            spacing: f64::INFINITY,
             course: None,
         }
     }

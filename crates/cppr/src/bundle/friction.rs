@@ -14,12 +14,9 @@ use super::frame::Frame;
 use super::history::remembered;
 use super::newton::newton;
 use super::rubbing::{Columns, Law, Pair, Rubbing, Table};
-use super::sensitivity::section_frame;
 use super::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
 use super::steps::Steps;
-use super::walk::Walk;
 use crate::solve::Drive;
-use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// How tubes rub.
@@ -141,32 +138,7 @@ impl BundleSolver<'_> {
         let walk = frame.walk(self.tolerance);
         let begin = frame.scaled(&start.unknowns);
         let found = newton(&frame, &walk, begin, steps, ITERATIONS, NEWTON).ok()?;
-        let base = frame.base(&found.unknowns, &frame.drives());
-        let mut steps = found.steps;
-        steps.adapt = true;
-        let outcome = Walk { posed: true, ..walk }.run(&base, &mut steps, None).ok()?;
-        let efforts = base.tubes.iter().map(|t| TubeEffort {
-            label: t.label,
-            rotation: t.angle,
-            force: t.tension,
-            torque: -t.torque,
-        });
-        Some(BundleEquilibrium {
-            converged: true,
-            efforts: efforts.collect(),
-            tip: Vector3::from(outcome.centre),
-            frame: section_frame(&outcome),
-            length: outcome.length,
-            stable: false,
-            inertia: None,
-            steps: steps.count(),
-            iterations: found.iterations,
-            error: [f64::NAN; 2],
-            unknowns: frame.unknowns(&found.unknowns),
-            between: steps,
-            command: command.clone(),
-            ended: None,
-        })
+        self.posed(&frame, command, found)
     }
 
     pub(super) fn spacing(&self, friction: &Friction) -> f64 {

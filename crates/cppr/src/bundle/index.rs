@@ -68,7 +68,7 @@ impl BundleSolver<'_> {
     /// potential enter with their symmetric part. `None` where it cannot be told: an eigenvalue vanishes.
     #[must_use]
     pub fn inertia(&self, equilibrium: &BundleEquilibrium) -> Option<usize> {
-        let command = Prepared::new(self.bundle, &equilibrium.command.loads, self.lengthening());
+        let command = Prepared::new(self.bundle, &equilibrium.command.loads, equilibrium.lengthening);
         let units = Units { length: self.bundle.length, force: command.force_scale };
         let mut cuts = Vec::new();
         let keys = self.with_walk(equilibrium, |walk, base| {

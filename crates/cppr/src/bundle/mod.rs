@@ -9,15 +9,19 @@
 //! Under `solve` in this crate stands the faster solver for tubes of one length that are joined at the tip.
 
 mod build;
+mod chord;
+mod command;
 mod contact;
 mod coordinates;
 pub(crate) mod course;
 pub(crate) mod curve;
+mod equilibrium;
 mod flow;
 pub(crate) mod frame;
 mod friction;
 mod history;
 mod index;
+mod load_path;
 mod metal;
 mod newton;
 mod number;

@@ -13,7 +13,7 @@ pub(super) const MOST: usize = 48;
 pub(super) const SETTLED: f64 = 1e-9;
 pub(super) const BETWEEN: f64 = 100.0;
 /// Longest Newton step, in scaled unknowns.
-const LONGEST: f64 = 20.0;
+pub(super) const LONGEST: f64 = 20.0;
 /// Singular values below this part of the greatest are zero.
 const SINGULAR: f64 = 1e-14;
 /// Forces jump where an event passes another one: so many steps across may make things worse.
@@ -177,7 +177,7 @@ pub(super) fn newton(
             steps.adapt = size > ROUGH;
             if let Ok(next) = Point::new(frame, walk, unknowns, steps) {
                 let enough = 1.0 - 0.25 * factor;
-                let crosses = crossings < CROSSINGS && next.steps.order() != here.steps.order();
+                let crosses = crossings < CROSSINGS && next.steps.keys() != here.steps.keys();
                 if crosses || next.greatest() <= enough * size || next.defect <= enough * here.defect {
                     crossings += usize::from(crosses);
                     here = next;

@@ -95,6 +95,8 @@ pub(crate) struct Tube<'a> {
     sin: f64,
     cos: f64,
     direction: [f64; 3],
+    /// Fields with their slopes where the piece is not uniform.
+    jets: Option<[[f64; 3]; FIELDS]>,
     /// For the search of ω: fields and shares in plain numbers.
     plain: Plain<'a>,
 }
@@ -192,29 +194,34 @@ const UNWEIGHTED: usize = 6;
 /// A tube's contribution and its slopes by its inputs.
 pub(crate) struct Local {
     values: [f64; OUTPUTS],
-    slopes: [[f64; INPUTS]; OUTPUTS],
+    slopes: Slopes,
+}
+
+/// Slopes of a contribution, and by how many inputs.
+struct Slopes {
+    rows: [[f64; INPUTS]; OUTPUTS],
     used: usize,
 }
 
 /// How many numbers a contribution has.
 const OUTPUTS: usize = 10;
 
+impl<L: Number> Contribution<L> {
+    fn numbers(&self) -> [L; OUTPUTS] {
+        let Self { energy, moment, advance, twist, by_angle, by_label, mass, arm } = *self;
+        [energy, moment[0], moment[1], advance, twist, by_angle, by_label, mass, arm[0], arm[1]]
+    }
+}
+
 impl Local {
     fn of<L: Number>(found: &Contribution<L>) -> Self {
-        let Contribution { energy, moment, advance, twist, by_angle, by_label, mass, arm } = *found;
-        let all = [energy, moment[0], moment[1], advance, twist, by_angle, by_label, mass, arm[0], arm[1]];
-        let mut slopes = [[0.0; INPUTS]; OUTPUTS];
-        let mut used = 0;
-        for (own, number) in slopes.iter_mut().zip(&all) {
-            used = number.slopes().len();
-            own[..used].copy_from_slice(number.slopes());
+        let all = found.numbers();
+        let mut slopes = Slopes { rows: [[0.0; INPUTS]; OUTPUTS], used: 0 };
+        for (own, number) in slopes.rows.iter_mut().zip(&all) {
+            slopes.used = number.slopes().len();
+            own[..slopes.used].copy_from_slice(number.slopes());
         }
-        Self { values: all.map(Number::value), slopes, used }
-    }
-
-    /// ∂E/∂ω in the untwisted frame (N m).
-    pub fn moment(&self) -> [f64; 2] {
-        [self.values[1], self.values[2]]
+        Self { values: all.map(Number::value), slopes }
     }
 
     /// Slopes of E by the inputs.
@@ -226,7 +233,7 @@ impl Local {
     /// Second slopes of E by the inputs.
     pub fn hessian(&self) -> SMatrix<f64, INPUTS, INPUTS> {
         let [.., mass, ay, az] = self.values;
-        let [_, my, mz, advance, twist, by_angle, by_label, by_mass, by_ay, by_az] = &self.slopes;
+        let [_, my, mz, advance, twist, by_angle, by_label, by_mass, by_ay, by_az] = &self.slopes.rows;
         SMatrix::from_fn(|i, j| match i {
             0 => by_label[j],
             1 => advance[j],
@@ -243,15 +250,19 @@ impl Local {
 
 /// A contribution in the numbers of the integration: each is made when it is asked for.
 pub(crate) struct Seen<'b, S> {
-    local: &'b Local,
+    values: &'b [f64; OUTPUTS],
+    slopes: Option<&'b Slopes>,
     inputs: &'b [S; INPUTS],
 }
 
 impl<S: Number> Seen<'_, S> {
     #[inline]
     fn output(&self, which: usize) -> S {
-        let used = self.local.used;
-        S::combine(self.local.values[which], &self.local.slopes[which][..used], &self.inputs[..used])
+        let value = self.values[which];
+        match self.slopes {
+            Some(Slopes { rows, used }) => S::combine(value, &rows[which][..*used], &self.inputs[..*used]),
+            None => S::constant(value),
+        }
     }
 
     pub fn energy(&self) -> S {
@@ -291,9 +302,11 @@ impl<'a> Tube<'a> {
     pub fn new(piece: &'a Piece, state: TubeState<f64>, weight: Option<Weight<f64>>, stretch: bool) -> Self {
         let direction = piece.direction(state.label);
         let (sin, cos) = (state.angle + direction[0]).sin_cos();
-        let f = Fields::from_table(match &piece.uniform {
-            Some(values) => *values,
-            None => std::array::from_fn(|i| piece.field(i, state.label)[0]),
+        let jets = piece.jets(state.label);
+        let f = Fields::from_table(match (&piece.uniform, &jets) {
+            (Some(values), _) => *values,
+            (None, Some(jets)) => jets.map(|[value, ..]| value),
+            (None, None) => [f64::NAN; FIELDS],
         });
         let h0 = 1.0 - f.offset * f.rest_z;
         let rest = [f.rest_y / h0, f.rest_z / h0];
@@ -318,16 +331,21 @@ impl<'a> Tube<'a> {
                 .as_deref()
                 .map(|metal| (metal, tension / h0 - 0.5 * torque * torque / f.torsion)),
         };
-        Self { piece, state, weight, sin, cos, direction, plain }
+        Self { piece, state, weight, sin, cos, direction, jets, plain }
     }
 
-    /// The contribution at ω, with its slopes where those are asked for.
-    pub fn local(&self, omega: [f64; 2], sloped: bool) -> Local {
-        match (sloped, self.weight.is_some()) {
-            (false, _) => Local::of(&self.contribution(omega, |value, _| value)),
-            (true, false) => Local::of(&self.contribution(omega, Dual::<UNWEIGHTED>::input)),
-            (true, true) => Local::of(&self.contribution(omega, Dual::<INPUTS>::input)),
+    /// The contribution at ω with its slopes.
+    pub fn local(&self, omega: [f64; 2]) -> Local {
+        if self.weight.is_some() {
+            Local::of(&self.contribution(omega, Dual::<INPUTS>::input))
+        } else {
+            Local::of(&self.contribution(omega, Dual::<UNWEIGHTED>::input))
         }
+    }
+
+    /// The contribution at ω.
+    pub fn plain(&self, omega: [f64; 2]) -> Contribution<f64> {
+        self.contribution(omega, |value, _| value)
     }
 
     #[inline(always)]
@@ -348,7 +366,7 @@ impl<'a> Tube<'a> {
         if let Some(values) = &self.piece.uniform {
             return self.with_fields(&state, omega, weight, Fields::from_table(*values), None);
         }
-        let jets: [[f64; 3]; FIELDS] = std::array::from_fn(|i| self.piece.field(i, label));
+        let jets = self.jets.unwrap_or([[f64::NAN; 3]; FIELDS]);
         let fields = Fields::from_table(jets.map(|[v, d, _]| state.label.chain(v, d)));
         let slopes = Fields::from_table(jets.map(|[_, d, dd]| state.label.chain(d, dd)));
         self.with_fields(&state, omega, weight, fields, Some(slopes))
@@ -466,11 +484,12 @@ pub(crate) struct Scratch<'a, S> {
     /// Per tube; ω is filled in by [`balance`].
     pub inputs: Vec<[S; INPUTS]>,
     locals: Vec<Local>,
+    plain: Vec<[f64; OUTPUTS]>,
 }
 
 impl<S> Default for Scratch<'_, S> {
     fn default() -> Self {
-        Self { tubes: Vec::new(), inputs: Vec::new(), locals: Vec::new() }
+        Self { tubes: Vec::new(), inputs: Vec::new(), locals: Vec::new(), plain: Vec::new() }
     }
 }
 
@@ -482,7 +501,7 @@ pub(crate) fn balance<S: Number>(
     guess: &mut [f64; 2],
     mut each: impl FnMut(usize, &Seen<S>),
 ) -> Result<[S; 2], Unbalanced> {
-    let Scratch { tubes, locals, inputs } = scratch;
+    let Scratch { tubes, locals, plain, inputs } = scratch;
     let tubes: &[Tube] = tubes;
     let load = moment.map(Number::value);
     let slopes = |omega: [f64; 2]| {
@@ -539,17 +558,24 @@ pub(crate) fn balance<S: Number>(
         return Err(Unbalanced);
     }
     *guess = omega;
-    let sloped = !moment[0].slopes().is_empty();
+    if moment[0].slopes().is_empty() {
+        plain.clear();
+        plain.extend(tubes.iter().map(|tube| tube.plain(omega).numbers()));
+        for (i, (values, inputs)) in plain.iter().zip(&*inputs).enumerate() {
+            each(i, &Seen { values, slopes: None, inputs });
+        }
+        return Ok(omega.map(S::constant));
+    }
     locals.clear();
-    locals.extend(tubes.iter().map(|tube| tube.local(omega, sloped)));
+    locals.extend(tubes.iter().map(|tube| tube.local(omega)));
     let at = omega.map(S::constant);
     for own in inputs.iter_mut() {
         (own[4], own[5]) = (at[0], at[1]);
     }
     // One more step with numbers that carry slopes gives the slopes of ω.
     let mut residual = [-moment[0], -moment[1]];
-    for (local, inputs) in locals.iter().zip(&*inputs) {
-        let own = Seen { local, inputs }.moment();
+    for (Local { values, slopes }, inputs) in locals.iter().zip(&*inputs) {
+        let own = Seen { values, slopes: Some(slopes), inputs }.moment();
         residual = [residual[0] + own[0], residual[1] + own[1]];
     }
     let [_, _, yy, yz, zz] = here;
@@ -561,8 +587,8 @@ pub(crate) fn balance<S: Number>(
     for own in inputs.iter_mut() {
         (own[4], own[5]) = (omega[0], omega[1]);
     }
-    for (i, (local, inputs)) in locals.iter().zip(&*inputs).enumerate() {
-        each(i, &Seen { local, inputs });
+    for (i, (Local { values, slopes }, inputs)) in locals.iter().zip(&*inputs).enumerate() {
+        each(i, &Seen { values, slopes: Some(slopes), inputs });
     }
     Ok(omega)
 }

@@ -23,7 +23,7 @@ impl BundleSolver<'_> {
     /// every tube's motor, by what is prescribed there. `None` where the equilibrium is a fold.
     #[must_use]
     pub fn tip_jacobian(&self, equilibrium: &BundleEquilibrium) -> Option<DMatrix<f64>> {
-        let frame = Frame::new(self.bundle, &equilibrium.command, self.lengthening());
+        let frame = Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening);
         Some(self.slopes(&frame, equilibrium, 0)?.tip)
     }
 
@@ -31,7 +31,7 @@ impl BundleSolver<'_> {
     /// prescribed effort is that at the plate. `None` where the equilibrium is a fold.
     #[must_use]
     pub fn sensitivity(&self, equilibrium: &BundleEquilibrium) -> Option<Sensitivity> {
-        let mut frame = Frame::new(self.bundle, &equilibrium.command, self.lengthening());
+        let mut frame = Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening);
         frame.prepared.loaded = true;
         let Slopes { tip, unknowns } = self.slopes(&frame, equilibrium, WRENCH)?;
         let inputs = equilibrium.command.inputs();

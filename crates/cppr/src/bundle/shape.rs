@@ -71,6 +71,9 @@ impl BundleSection {
     }
 }
 
+/// Steps per length at least, between whose ends states are interpolated.
+const INTERVALS: f64 = 64.0;
+
 impl BundleSolver<'_> {
     /// Sections of an equilibrium at most `spacing` (m) apart: at the plate, on both sides of every place where something changes,
     /// and at the last tip.
@@ -79,7 +82,8 @@ impl BundleSolver<'_> {
         let mut sections = Vec::new();
         let mut see = |section: &Section<f64>| sections.push(read(section));
         self.with_walk(equilibrium, |walk, base| {
-            let walk = Walk { posed: true, longest: spacing, ..walk };
+            let coarse = self.bundle.length / INTERVALS;
+            let walk = Walk { posed: true, longest: spacing.max(coarse), spacing, ..walk };
             // The conditions were met before; what is left of them does not matter here.
             walk.run(base, &mut equilibrium.between.clone(), Some(&mut see)).is_ok()
         });

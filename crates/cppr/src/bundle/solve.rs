@@ -1,197 +1,20 @@
 //! Solver of any bundle: motors, loads, equilibria; from rest, from a neighbour, in steps.
 
 use super::Bundle;
+use super::chord::{self, Chord};
+pub use super::command::{BundleCommand, TubeDrive};
 use super::course::Course;
+pub use super::equilibrium::{BundleEquilibrium, TubeEffort, load_behind_plate};
 use super::frame::{Frame, Unknowns};
+pub(crate) use super::load_path::PathEnd;
+use super::load_path::{Guess, follow};
 use super::newton::{Found, SETTLED, Tangent, newton};
 use super::prepared::{GIVE, Lengthening};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
-use super::walk::{Base, Walk};
-use crate::solve::{Drive, Freedom, Input, Reason, Status};
-use crate::statics::{Loads, Station};
+use super::walk::{Base, Outcome, Walk};
+use crate::statics::Loads;
 use nalgebra::{Matrix3, Vector3};
-
-/// What the motors of one tube do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TubeDrive {
-    /// Travel of the motor (m), pull positive: the label that stands at the plate, were the shaft rigid; or the force (N) with which
-    /// it pulls.
-    pub translation: Drive,
-    /// Rotation of the motor (rad), right-handed about +X, or its torque (N m).
-    pub rotation: Drive,
-}
-
-impl TubeDrive {
-    /// Held where it stands at rest.
-    pub const HELD: Self = Self { translation: Drive::Motion(0.0), rotation: Drive::Motion(0.0) };
-}
-
-/// Motors and loads of a bundle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BundleCommand {
-    /// One per tube.
-    pub drives: Vec<TubeDrive>,
-    /// External loads.
-    pub loads: Loads,
-}
-
-impl BundleCommand {
-    /// What is prescribed: translation and rotation of tube 1, then of tube 2, …
-    #[must_use]
-    pub fn inputs(&self) -> Vec<Input> {
-        let own = |(tube, drive): (usize, &TubeDrive)| {
-            [(Freedom::PushPull, drive.translation), (Freedom::Rotation, drive.rotation)]
-                .map(|(freedom, told)| Input { tube, freedom, is_motion: told.is_motion() })
-        };
-        (1..).zip(&self.drives).flat_map(own).collect()
-    }
-
-    /// The same command with one input at another value; an input that is not there changes nothing.
-    #[must_use]
-    pub fn with_input(&self, input: Input, value: f64) -> Self {
-        let mut command = self.clone();
-        if let Some(own) = input.tube.checked_sub(1).and_then(|tube| command.drives.get_mut(tube)) {
-            *(match input.freedom {
-                Freedom::PushPull => &mut own.translation,
-                Freedom::Rotation => &mut own.rotation,
-            }) = input.prescribed(value);
-        }
-        command
-    }
-
-    pub(crate) fn between(&self, start: &Self, share: f64) -> Self {
-        let mix = |a: Drive, b: Drive| {
-            let from = if a.is_motion() == b.is_motion() { a.value() } else { 0.0 };
-            b.with_value(from + share * (b.value() - from))
-        };
-        let drives = start.drives.iter().zip(&self.drives);
-        Self {
-            drives: drives
-                .map(|(a, b)| TubeDrive {
-                    translation: mix(a.translation, b.translation),
-                    rotation: mix(a.rotation, b.rotation),
-                })
-                .collect(),
-            loads: self.loads.scaled(share),
-        }
-    }
-}
-
-impl BundleCommand {
-    /// Which part of the way from another command turns no motor by more than [`LONGEST_TURN`].
-    fn share_of_turn(&self, start: &Self) -> f64 {
-        let drives = self.drives.iter().zip(&start.drives);
-        let turned = |(a, b): (&TubeDrive, &TubeDrive)| {
-            let both = a.rotation.motion().zip(b.rotation.motion());
-            both.map_or(0.0, |(to, from)| (to - from).abs())
-        };
-        LONGEST_TURN / drives.map(turned).fold(LONGEST_TURN, f64::max)
-    }
-}
-
-/// Label (m) of a load that acts on what was drawn in behind the plate, if there is one.
-#[must_use]
-pub fn load_behind_plate(command: &BundleCommand, found: &BundleEquilibrium) -> Option<f64> {
-    let plate = found.efforts.first()?.label;
-    let wrenches = command.loads.wrenches.iter().filter_map(|w| match w.station {
-        Station::Label(label) => Some(label),
-        Station::Tip => None,
-    });
-    wrenches.chain(command.loads.distributed.iter().map(|d| d.from)).find(|label| *label < plate)
-}
-
-/// Motion and effort of one tube's motors.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TubeEffort {
-    /// Label at the plate (m).
-    pub label: f64,
-    /// Rotation of the material at the plate (rad).
-    pub rotation: f64,
-    /// Force with which the motor pulls (N).
-    pub force: f64,
-    /// Torque of the motor (N m), right-handed about +X.
-    pub torque: f64,
-}
-
-/// What came out of a solve.
-#[derive(Clone, Debug)]
-pub struct BundleEquilibrium {
-    /// Was an equilibrium found?
-    pub converged: bool,
-    /// Motors, one per tube.
-    pub efforts: Vec<TubeEffort>,
-    /// Centre of the last tip (m).
-    pub tip: Vector3<f64>,
-    /// Its section frame: columns tangent, towards the centroid of the tube that counts it, across.
-    pub frame: Matrix3<f64>,
-    /// Length of the centreline (m).
-    pub length: f64,
-    /// Has the second variation no negative eigenvalue, see [`BundleSolver::inertia`]?
-    pub stable: bool,
-    /// What [`BundleSolver::inertia`] counted.
-    pub(crate) inertia: Option<usize>,
-    /// Where the path of stable equilibria from rest or a neighbour ended, if it did not arrive.
-    pub(crate) ended: Option<PathEnd>,
-    /// Steps of the integration, and Newton steps.
-    pub steps: usize,
-    /// Newton steps.
-    pub iterations: usize,
-    /// How far tip (m) and forces (N) move when every step is halved.
-    pub error: [f64; 2],
-    pub(super) unknowns: Unknowns,
-    /// States at the ends of the steps.
-    pub(super) between: Steps,
-    pub(super) command: BundleCommand,
-}
-
-impl BundleEquilibrium {
-    /// What became of the command, in a sentence.
-    #[must_use]
-    pub fn verdict(&self) -> String {
-        let end = match self.ended {
-            None => "no equilibrium was found with all motors held and no load".into(),
-            Some(PathEnd { share, .. }) if share <= 0.0 => {
-                "no equilibrium was found for even the first small part of the command".into()
-            }
-            Some(PathEnd { share, turns: true }) => format!(
-                "stable equilibria were followed to {:.1} % of the command, where they end in a fold or lose their stability: \
-                 the robot snaps there",
-                100.0 * share
-            ),
-            Some(PathEnd { share, turns: false }) => {
-                format!("no equilibrium was found beyond {:.1} % of the command", 100.0 * share)
-            }
-        };
-        match (self.converged, self.stable, self.ended) {
-            (false, ..) => format!(
-                "{end}; command less, or look whether tubes reach their joints with these pulls and whether tubes without lever are \
-                 pulled against each other"
-            ),
-            (true, true, Some(_)) => format!("converged, stable, but {end}: another branch"),
-            (true, false, Some(_)) => format!("converged, unstable; {end}"),
-            (true, _, None) => self.status().to_string(),
-        }
-    }
-
-    /// What it is the equilibrium under.
-    #[must_use]
-    pub fn command(&self) -> &BundleCommand {
-        &self.command
-    }
-
-    /// Whether it was found, and is stable.
-    #[must_use]
-    pub fn status(&self) -> Status {
-        match (self.converged, self.stable) {
-            (true, true) => Status::Converged,
-            (true, false) => Status::Unstable,
-            (false, _) => {
-                Status::NotConverged(Reason::PathEnds { fraction: self.ended.map_or(0.0, |end| end.share) })
-            }
-        }
-    }
-}
 
 /// Solver of one bundle.
 #[derive(Clone, Debug)]
@@ -205,28 +28,31 @@ pub struct BundleSolver<'a> {
     gives: bool,
     rest: Option<BundleEquilibrium>,
     references: Vec<(Kinds, f64)>,
+    /// Slopes of the conditions at a neighbour.
+    chord: Option<(Kinds, Chord)>,
+    /// How often in a row such slopes have led nowhere.
+    astray: usize,
 }
 
-/// Longest turn of a motor (rad) in one step: further on, two eigenvalues may have changed their signs, and the determinant that of neither.
-const LONGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
-const SHORTEST_STEP: f64 = 1.0 / 4096.0;
 /// Newton steps after which an equilibrium may be one of another branch than that from which it was sought.
 const DIRECT: usize = 12;
 /// Newton steps towards an equilibrium that is near already, and the scaled step with which they end: what is left is of its square.
 const ITERATIONS_NEAR: usize = 25;
 const SETTLED_NEAR: f64 = 1e-5;
-/// Newton steps of one load step, and how many make it an easy one.
+/// Attempts with slopes of a neighbour in a row after which none is made any more: where slopes grow far along the bundle they lead nowhere.
+const ASTRAY: usize = 6;
+/// Newton steps of one load step.
 const ITERATIONS_IN_STEPS: usize = 15;
-const EASY: usize = 6;
-/// Load steps.
-const MOST_STEPS: usize = 400;
-/// By this factor at least the determinant falls from one of the shortest steps to the next where an eigenvalue vanishes.
-const TURNING: f64 = 0.8;
 
 /// Kinds of the drives of every tube, and whether there are loads: the conditions at rest have one determinant for each.
 type Kinds = (Vec<[bool; 2]>, [bool; 2]);
+
+fn kinds(command: &BundleCommand, frame: &Frame) -> Kinds {
+    let drives = command.drives.iter().map(|d| [d.translation.is_motion(), d.rotation.is_motion()]);
+    (drives.collect(), [frame.prepared.loaded, frame.prepared.seeks_force])
+}
 
 /// Have as many eigenvalues changed their signs since rest as makes an even number? Where conditions are singular nobody knows.
 fn as_at_rest(found: &Found, reference: f64) -> bool {
@@ -234,77 +60,20 @@ fn as_at_rest(found: &Found, reference: f64) -> bool {
     share.is_nan() || share > 0.0
 }
 
-/// Where a path from a neighbour to a command ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PathEnd {
-    /// Share of the way on which equilibria as stable as the first were found.
-    pub share: f64,
-    /// Does an eigenvalue of theirs vanish there?
-    pub turns: bool,
-}
-
-/// Where the next equilibrium of a path is sought: states at the last and the one before, each with its share of the way.
-struct Guess {
-    last: (f64, Unknowns, Steps),
-    before: Option<(f64, Unknowns, Steps)>,
-}
-
-impl Guess {
-    fn new(unknowns: Unknowns, steps: Steps) -> Self {
-        Self { last: (0.0, unknowns, steps), before: None }
-    }
-
-    /// On the line through both.
-    fn at(&self, frame: &Frame, share: f64) -> (Vec<f64>, Steps) {
-        let (reached, unknowns, between) = &self.last;
-        let (mut start, mut steps) = (frame.scaled(unknowns), between.coarsened());
-        if let Some((from, unknowns, between)) = &self.before {
-            let factor = (share - reached) / (reached - from);
-            for (own, old) in start.iter_mut().zip(frame.scaled(unknowns)) {
-                *own += factor * (*own - old);
-            }
-            steps.extrapolate(between, factor);
-        }
-        (start, steps)
-    }
-}
-
-/// Goes along a path in steps, none longer than `longest`, to its end at 1. `attempt` finds the equilibrium at a share of the way; a step to where it finds
-/// none is halved.
-fn follow(
-    mut guess: Guess,
-    longest: f64,
-    mut attempt: impl FnMut(f64, &Guess) -> Option<(Unknowns, Found)>,
-) -> Result<Found, PathEnd> {
-    let mut step = longest.min(0.25);
-    // Determinants at the last three places.
-    let mut determinants = [f64::NAN; 3];
-    for _ in 0..MOST_STEPS {
-        let reached = guess.last.0;
-        let next = f64::min(1.0, reached + step);
-        match attempt(next, &guess) {
-            Some((_, found)) if next >= 1.0 => return Ok(found),
-            Some((unknowns, found)) => {
-                step = longest.min(step * if found.iterations <= EASY { 2.0 } else { 1.0 });
-                determinants = [determinants[1], determinants[2], found.determinant.abs()];
-                guess.before = Some(std::mem::replace(&mut guess.last, (next, unknowns, found.steps)));
-            }
-            None => step *= 0.5,
-        }
-        if step < SHORTEST_STEP {
-            break;
-        }
-    }
-    // The steps shrink towards a place where an eigenvalue vanishes, and the determinant with it.
-    let [first, second, third] = determinants;
-    Err(PathEnd { share: guess.last.0, turns: third < TURNING * second && second < first })
-}
-
 impl<'a> BundleSolver<'a> {
     /// A solver with a tolerance of 1e-8 for one step.
     #[must_use]
     pub fn new(bundle: &'a Bundle) -> Self {
-        Self { bundle, tolerance: 1e-8, stretch: false, gives: false, rest: None, references: Vec::new() }
+        Self {
+            bundle,
+            tolerance: 1e-8,
+            stretch: false,
+            gives: false,
+            rest: None,
+            references: Vec::new(),
+            chord: None,
+            astray: 0,
+        }
     }
 
     /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product.
@@ -394,8 +163,7 @@ impl<'a> BundleSolver<'a> {
         let odd = rest.inertia.is_some_and(|negative| negative % 2 == 1);
         let still = command.between(&self.held(), 0.0);
         let frame = Frame::new(self.bundle, &still, self.lengthening());
-        let drives = command.drives.iter().map(|d| [d.translation.is_motion(), d.rotation.is_motion()]);
-        let kinds: Kinds = (drives.collect(), [frame.prepared.loaded, frame.prepared.seeks_force]);
+        let kinds = kinds(command, &frame);
         if let Some((_, known)) = self.references.iter().find(|(own, _)| *own == kinds) {
             return *known;
         }
@@ -421,6 +189,7 @@ impl<'a> BundleSolver<'a> {
             steps: 0,
             iterations: 0,
             error: [f64::NAN; 2],
+            lengthening: Lengthening::default(),
             unknowns: Unknowns::default(),
             between: Steps::default(),
             command: command.clone(),
@@ -454,7 +223,8 @@ impl<'a> BundleSolver<'a> {
         found
     }
 
-    /// The equilibrium to which Newton's method leads from a neighbour, without steps on the way; its error is not estimated.
+    /// The equilibrium to which Newton's method leads from a neighbour, without steps on the way; its error is not estimated. Slopes of the conditions
+    /// are taken anew only where those at the last equilibrium lead there no more. `None` where it leads nowhere.
     #[must_use]
     pub fn continued(
         &mut self,
@@ -465,9 +235,30 @@ impl<'a> BundleSolver<'a> {
         let frame = Frame::new(self.bundle, command, self.lengthening());
         let begin = frame.scaled(&start.unknowns);
         let walk = frame.walk(self.tolerance);
-        let found =
-            newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS_IN_STEPS, SETTLED).ok()?;
+        let kinds = kinds(command, &frame);
+        let mut chord = self.chord.take().filter(|own| own.0 == kinds).map(|own| own.1);
+        let near = (self.astray < ASTRAY)
+            .then(|| chord::near(&frame, &walk, begin.clone(), start.between.clone(), &mut chord))
+            .flatten();
+        self.astray = if near.is_some() { 0 } else { self.astray + 1 };
+        self.chord = chord.map(|chord| (kinds, chord));
+        if let Some((found, outcome)) = near {
+            let determinant = found.determinant;
+            let mut found = self.report(&frame, command, found, &outcome);
+            self.judge(&mut found, determinant, reference, start.inertia);
+            return Some(found);
+        }
+        let steps = start.between.coarsened();
+        let found = newton(&frame, &walk, begin, steps, ITERATIONS_IN_STEPS, SETTLED).ok()?;
         Some(self.conclude(&frame, command, found, reference))
+    }
+
+    /// Solves from an equilibrium in its place, as a control loop does: as [`Self::continued`], and as [`Self::solve_from`] where that leads nowhere or a
+    /// motor turns far. No error is estimated.
+    pub fn solve_into(&mut self, command: &BundleCommand, equilibrium: &mut BundleEquilibrium) {
+        let near = command.share_of_turn(&equilibrium.command) >= 1.0 && equilibrium.converged;
+        let found = if near { self.continued(command, equilibrium) } else { None };
+        *equilibrium = found.unwrap_or_else(|| self.solve_from(command, equilibrium));
     }
 
     /// The equilibrium that Newton's method finds near given forces and a course of the tubes.
@@ -520,46 +311,77 @@ impl<'a> BundleSolver<'a> {
         found: Found,
         reference: f64,
     ) -> BundleEquilibrium {
+        let determinant = found.determinant;
+        let Some(mut found) = self.posed(frame, command, found) else { return Self::lost(command) };
+        self.judge(&mut found, determinant, reference, None);
+        found
+    }
+
+    /// What was found with the pose of its tip; whether it is stable is not known yet.
+    pub(super) fn posed(
+        &self,
+        frame: &Frame,
+        command: &BundleCommand,
+        mut found: Found,
+    ) -> Option<BundleEquilibrium> {
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
         let base = frame.base(&found.unknowns, &frame.drives());
-        let determinant = found.determinant;
         // The pose may ask for shorter steps than what the conditions needed.
-        let mut steps = found.steps;
-        steps.adapt = true;
-        let Ok(outcome) = walk.run(&base, &mut steps, None) else {
-            return Self::lost(command);
-        };
+        found.steps.adapt = true;
+        let outcome = walk.run(&base, &mut found.steps, None).ok()?;
+        Some(self.report(frame, command, found, &outcome))
+    }
+
+    fn report(
+        &self,
+        frame: &Frame,
+        command: &BundleCommand,
+        found: Found,
+        outcome: &Outcome<f64>,
+    ) -> BundleEquilibrium {
+        let base = frame.base(&found.unknowns, &frame.drives());
         let efforts = base.tubes.iter().map(|t| TubeEffort {
             label: t.label,
             rotation: t.angle,
             force: t.tension,
             torque: -t.torque,
         });
-        let mut found = BundleEquilibrium {
+        BundleEquilibrium {
             converged: true,
             efforts: efforts.collect(),
             tip: Vector3::from(outcome.centre),
-            frame: section_frame(&outcome),
+            frame: section_frame(outcome),
             length: outcome.length,
             stable: false,
             inertia: None,
             ended: None,
-            steps: steps.count(),
+            steps: found.steps.count(),
             iterations: found.iterations,
             error: [f64::NAN; 2],
+            lengthening: self.lengthening(),
             unknowns: frame.unknowns(&found.unknowns),
-            between: steps,
+            between: found.steps,
             command: command.clone(),
-        };
-        // The determinant changes its sign with every eigenvalue, and exactly there; it is known but for that at rest.
+        }
+    }
+
+    /// Says whether an equilibrium is stable. The determinant changes its sign with every eigenvalue, and exactly there; it is known but for that at
+    /// rest. How many there are is counted, unless a neighbour of the same sign has as many.
+    fn judge(
+        &self,
+        found: &mut BundleEquilibrium,
+        determinant: f64,
+        reference: f64,
+        neighbour: Option<usize>,
+    ) {
         let even = determinant / reference;
-        found.inertia = self.inertia(&found);
+        let same = |negative: &usize| even.abs() > 0.0 && (even > 0.0) == (negative % 2 == 0);
+        found.inertia = neighbour.filter(same).or_else(|| self.inertia(found));
         found.stable = match found.inertia {
             Some(0) => even.is_nan() || even > 0.0,
             Some(1) | None => even > 0.0,
             Some(_) => false,
         };
-        found
     }
 
     /// How far the tip (m) and the greatest of the forces (N) move when every step of the integration is halved.
@@ -587,7 +409,7 @@ impl<'a> BundleSolver<'a> {
         equilibrium: &BundleEquilibrium,
         look: impl FnOnce(Walk, &Base<f64>) -> T,
     ) -> T {
-        let frame = Frame::new(self.bundle, &equilibrium.command, self.lengthening());
+        let frame = Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening);
         let base = frame.base(&frame.scaled(&equilibrium.unknowns), &frame.drives());
         look(frame.walk(self.tolerance), &base)
     }

@@ -108,11 +108,6 @@ impl Steps {
         self.spans.get(number).map(|span| span.key)
     }
 
-    /// Keys of all spans.
-    pub fn order(&self) -> impl PartialEq + use<> {
-        self.spans.iter().map(|span| span.key).collect::<Vec<_>>()
-    }
-
     /// Span `number` ends at the stop of this key. Where tubes have come to pass their events in another order, the steps of that span are
     /// those that were kept for it.
     fn begin(&mut self, number: usize, key: (usize, usize), passed: &[usize]) {
@@ -130,6 +125,18 @@ impl Steps {
             for node in &mut span.nodes {
                 node.values.clear();
             }
+        }
+    }
+
+    /// Keys of all spans in their order.
+    pub fn keys(&self) -> Vec<(usize, usize)> {
+        self.spans.iter().map(|span| span.key).collect()
+    }
+
+    /// Forgets all states: an integration goes on where it arrives.
+    pub fn forget(&mut self) {
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            node.values.clear();
         }
     }
 
@@ -366,11 +373,30 @@ fn try_march<S: Number>(
             }
             index += 1;
         }
-        done = end;
+        let before = std::mem::replace(&mut done, end);
         if let Some(place) = passed(flow, limits) {
             return Ok(Some(place));
         }
         if let Some(visit) = visit {
+            let sections = (way * (end - before) / walk.spacing).ceil();
+            if sections > 1.0 {
+                flow.slopes(Some(leading), &mut slopes[width..2 * width])?;
+                let [first, last] = [&slopes[..width], &slopes[width..2 * width]];
+                let arrived = flow.values.clone();
+                let mut between = 1.0;
+                while between < sections {
+                    let weights = hermite(between / sections);
+                    for (i, value) in flow.values.iter_mut().enumerate() {
+                        *value = trial[i] * weights[0]
+                            + first[i] * step * weights[1]
+                            + arrived[i] * weights[2]
+                            + last[i] * step * weights[3];
+                    }
+                    flow.visit(*visit)?;
+                    between += 1.0;
+                }
+                flow.values = arrived;
+            }
             flow.visit(*visit)?;
         }
     }
@@ -378,6 +404,12 @@ fn try_march<S: Number>(
     own.ends.truncate(index);
     own.nodes.truncate(index);
     Ok(None)
+}
+
+/// Weights of Hermite's cubic at a share of a step: of the value and the slope at its beginning, then of those at its end.
+fn hermite(share: f64) -> [f64; 4] {
+    let (t, left) = (share, 1.0 - share);
+    [(1.0 + 2.0 * t) * left * left, t * left * left, t * t * (3.0 - 2.0 * t), -t * t * left]
 }
 
 /// One step of the pair of order 8.

@@ -74,6 +74,8 @@ pub(crate) struct Walk<'a> {
     pub tolerance: f64,
     /// Longest step (m).
     pub longest: f64,
+    /// Sections further apart than this (m) are interpolated between the ends of a step, for the visitor alone.
+    pub spacing: f64,
     /// Where the states at new ends of steps are laid; `None` leaves them where the integration arrives.
     pub course: Option<&'a Course>,
 }

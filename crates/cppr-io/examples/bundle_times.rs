@@ -1,0 +1,68 @@
+//! What a solve of robots with parts and joints costs, in microseconds on one core (the median of a control loop's): `cargo run --release -p cppr-io --example bundle_times`, in the
+//! repository's root. From rest with the error; then a control loop's steps of 0.01 mm and 0.1° from the last pose, the same with the Jacobian.
+
+use cppr::bundle::Bundle;
+use cppr::bundle::solve::{BundleCommand, BundleSolver};
+use cppr::solve::{Drive, Freedom, Input};
+use std::error::Error;
+use std::time::Instant;
+
+/// Robot, and the motors that move: tube, translation (mm) and rotation (deg).
+const ROBOTS: [(&str, &[(usize, f64, f64)]); 5] = [
+    ("bundles/concentric3", &[(2, 5.0, 40.0), (3, 10.0, -30.0)]),
+    ("bundles/two_sections", &[(2, 3.0, 0.0), (4, 2.0, 0.0)]),
+    ("bundles/s_shape", &[(2, 2.0, 0.0)]),
+    ("bundles/uncut_ends", &[(2, 2.0, 0.0)]),
+    ("r1", &[(2, 5.0, 20.0)]),
+];
+/// Steps of the control loop.
+const STEPS: u32 = 400;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!(
+        "{:<24}{:>12}{:>12}{:>16}{:>10}{:>10}",
+        "robot", "from rest", "warm", "with Jacobian", "stable", "steps"
+    );
+    for (name, motors) in ROBOTS {
+        let design = cppr_io::bundle_file::read_bundle(format!("robots/{name}.toml"))?;
+        let bundle = Bundle::new(&design)?;
+        let mut solver = BundleSolver::new(&bundle);
+        let mut command = solver.held();
+        for &(tube, pull, turn) in motors {
+            command.drives[tube - 1].translation = Drive::Motion(pull * 1e-3);
+            command.drives[tube - 1].rotation = Drive::Motion(turn.to_radians());
+        }
+        solver.rest();
+        let clock = Instant::now();
+        let mut found = solver.solve(&command);
+        let cold = clock.elapsed();
+        let moved = |step: u32| -> BundleCommand {
+            let there = f64::from(step);
+            motors.iter().fold(command.clone(), |own, &(tube, pull, turn)| {
+                let put = |command: BundleCommand, freedom, value| {
+                    command.with_input(Input { tube, freedom, is_motion: true }, value)
+                };
+                let own = put(own, Freedom::PushPull, pull * 1e-3 - 1e-5 * there);
+                put(own, Freedom::Rotation, (turn - 0.1 * there).to_radians())
+            })
+        };
+        let mut loop_of = |with_jacobian: bool| -> Result<f64, Box<dyn Error>> {
+            let mut times = Vec::new();
+            for step in 1..=STEPS {
+                let command = moved(step % 50);
+                let clock = Instant::now();
+                solver.solve_into(&command, &mut found);
+                if with_jacobian {
+                    solver.tip_jacobian(&found).ok_or("a fold")?;
+                }
+                times.push(1e6 * clock.elapsed().as_secs_f64());
+            }
+            times.sort_unstable_by(f64::total_cmp);
+            Ok(times[times.len() / 2])
+        };
+        let (warm, both) = (loop_of(false)?, loop_of(true)?);
+        let cold = 1e6 * cold.as_secs_f64();
+        println!("{name:<24}{cold:>12.0}{warm:>12.1}{both:>16.1}{:>10}{:>10}", found.stable, found.steps);
+    }
+    Ok(())
+}
