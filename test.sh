@@ -8,16 +8,16 @@ fail() {
     exit 1
 }
 
-# Instructions are counted where valgrind is; elsewhere that test says so.
-if ! command -v valgrind >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind >/dev/null || true
-fi
+./install-test-needs.sh >/dev/null 2>&1 </dev/null &
+needs=$!
 
 cargo fmt --all --check || fail "the sources are not formatted: run 'cargo fmt --all'"
 cargo clippy --workspace --all-targets --release --quiet -- -D warnings ||
     fail "lints or the compiler object: run 'cargo clippy --workspace --all-targets --release' and mend what it names"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet ||
     fail "the documentation of the library has errors: see above"
+# Instructions are counted where valgrind is; elsewhere that test says so.
+wait $needs
 cargo test --workspace --release "$@" || fail "tests failed: see above"
 ./deny.sh || fail "dependencies break a rule of deny.toml: see above"
 crates/cppr-cli/test.sh || fail "outputs are not as their schemas say: see above"
