@@ -2,12 +2,13 @@
 
 use crate::Failure;
 use crate::bundle_continuation;
-use crate::command::{CommandArgs, build, described};
+use crate::command::{CommandArgs, build};
 use crate::continuation_figure::draw;
 use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
+use crate::resolved::{AccuracyArgs, told};
 use crate::table::{counted, millimetres, plain};
 use cppr::analysis::continuation::{
     Branch, End, Family, FamilyProblem, Parameter, PathPoint, PointKind, Tracing,
@@ -16,7 +17,7 @@ use cppr::analysis::explained;
 use cppr::design::Robot;
 use cppr::solve::{Command, Drive, Input, Quantity};
 use cppr_io::bundle_file::Described;
-use cppr_io::continuation::ContinuationRecord;
+use cppr_io::continuation::{ContinuationRecord, PathAccuracyRecord};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -89,6 +90,8 @@ pub struct Args {
     points: u32,
     #[command(flatten)]
     pub command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     /// Write all points, - for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -99,6 +102,9 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
+
+/// Stable points of a path whose errors are computed.
+const ERRORS: usize = 8;
 
 fn part(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -135,7 +141,7 @@ impl Args {
 /// Traces, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
-    match described(&args.robot)? {
+    match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => of_robot(args, &outputs, &build(&file, &args.robot)?),
         Described::Bundle(design) => bundle_continuation::run(args, &outputs, &design),
     }
@@ -155,10 +161,21 @@ fn of_robot(args: &Args, outputs: &Outputs, robot: &Robot) -> Result<(), Failure
             explained(robot, &command, *status)
         )));
     }
-    let record = ContinuationRecord::new(&solver, &family, &branches);
+    let points: Vec<_> =
+        branches.iter().flat_map(|branch| &branch.points).filter(|point| point.is_stable()).collect();
+    let apart = points.len().div_ceil(ERRORS).max(1);
+    let errors = points.iter().rev().step_by(apart).filter_map(|point| solver.accuracy(&point.equilibrium));
+    let errors: Vec<f64> = errors.map(|own| own.tip / robot.length()).collect();
+    let (known, error) = (errors.len(), errors.into_iter().reduce(f64::max));
+    let record = ContinuationRecord {
+        accuracy: PathAccuracyRecord { points: known, tip_of_length: error },
+        ..ContinuationRecord::new(&solver, &family, &branches)
+    };
     if let Some(path) = json {
-        let text = record.to_json().map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
-        write_or_print(path, &text)?;
+        write_or_print(
+            path,
+            &record.to_json().map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?,
+        )?;
     }
     if let Some(path) = csv {
         write_or_print(path, &record.to_csv())?;
@@ -172,7 +189,11 @@ fn of_robot(args: &Args, outputs: &Outputs, robot: &Robot) -> Result<(), Failure
     outputs.draw(|| Ok(draw(title, family.parameter(), &branches, conjugate)))?;
     let tubes = counted(robot.tube_count(), "tube");
     let head = format!("{}: {tubes}, {} mm", robot.design().name, millimetres(robot.length()));
-    outputs.report(&table(&head, family.parameter(), &branches, conjugate))
+    let mut text = table(&head, family.parameter(), &branches, conjugate);
+    if let Some(error) = error {
+        text += &told(error, known, "stable points", args.accuracy.accepted(solver.settings()));
+    }
+    outputs.report(&text)
 }
 
 /// The commands of the path.

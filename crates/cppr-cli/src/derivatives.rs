@@ -2,10 +2,11 @@
 
 use crate::Failure;
 use crate::bundle_derivatives;
-use crate::command::{CommandArgs, build, described, no_equilibrium};
+use crate::command::{CommandArgs, build};
 use crate::free::{efforts_json, name};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
+use crate::resolved::AccuracyArgs;
 use crate::table::plain;
 use cppr::analysis::{Perturbed, Sensitivity};
 use cppr::design::Robot;
@@ -39,6 +40,8 @@ pub struct Args {
     pub robot: PathBuf,
     #[command(flatten)]
     pub command: CommandArgs,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     /// Numbers of the robot file to differentiate by
     #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
     pub by: Vec<String>,
@@ -59,17 +62,15 @@ struct ByKey {
 /// Differentiates, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
-    let robot = match described(&args.robot)? {
+    let robot = match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => build(&file, &args.robot)?,
         Described::Bundle(design) => return bundle_derivatives::run(args, &outputs, &design),
     };
     let command = args.command.command(&robot)?;
     let mut solver = args.command.solver(&robot)?;
-    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
-    if !found.status().is_equilibrium() {
-        return Err(no_equilibrium(&found));
-    }
-    let exact = solver.sensitivity(&found).map_err(|_| {
+    let resolved = args.accuracy.solve_resolved(&mut solver, &command)?;
+    let found = &resolved.found;
+    let exact = solver.sensitivity(found).map_err(|_| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
     })?;
     let shown = args.robot.display();
@@ -77,12 +78,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
     let mut keys = Vec::new();
     for key in &args.by {
-        keys.push(by_key(&text, key.trim(), &mut solver, &found, &exact)?);
+        keys.push(by_key(&text, key.trim(), &mut solver, found, &exact)?);
     }
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", as_json(&robot, &found, &exact, &keys)))?;
+        let mut whole = as_json(&robot, found, &exact, &keys);
+        whole["accuracy"] = resolved.json();
+        write_or_print(path, &format!("{whole:#}\n"))?;
     }
-    let text = table(&robot, &found, &exact, &keys);
+    let mut text = table(&robot, found, &exact, &keys);
+    for (head, value) in resolved.lines() {
+        let _ = writeln!(text, "  {head:<12}{value}");
+    }
     outputs.report(&text)
 }
 

@@ -1,47 +1,38 @@
-//! Discretisation error of a sweep, from rows that are spread over it.
+//! Discretisation error of a sweep.
 
-use cppr::analysis::ACCURACY;
-use cppr_sweep::{Chunk, Task};
+use crate::resolved::told;
+use cppr_sweep::{Chunk, Subject, Task};
 use serde_json::{Value, json};
 
-/// Rows whose error is computed.
-const ROWS: u64 = 8;
-
-/// The rows that were looked at.
-pub struct Errors<'a> {
-    task: &'a Task,
+/// The greatest error among those that are known: of rows that were looked at before, or of every row of a bundle.
+pub struct Errors {
     rows: usize,
-    /// Greatest error of the tip among them, as a part of the length.
+    /// Error of the tip as a part of the length.
     greatest: f64,
+    accepted: f64,
 }
 
-impl<'a> Errors<'a> {
-    /// None yet.
-    pub fn new(task: &'a Task) -> Self {
-        Self { task, rows: 0, greatest: 0.0 }
+impl Errors {
+    /// Takes as many modes as the rows of a robot need.
+    pub fn of(task: &mut Task, accepted: f64) -> Self {
+        let (greatest, rows) = task.resolve(accepted).unwrap_or_default();
+        Self { rows, greatest, accepted }
     }
 
-    /// Looks at the rows of a chunk whose turn it is.
-    pub fn visit(&mut self, chunk: &Chunk) {
-        let apart = self.task.rows().div_ceil(ROWS);
-        for row in 0..chunk.rows {
-            if (chunk.first_row + row as u64) % apart == 0
-                && let Some(own) = self.task.error(chunk, row)
-            {
+    /// Looks at the errors in the rows of a chunk.
+    pub fn visit(&mut self, task: &Task, chunk: &Chunk) {
+        let place = task.columns().iter().position(|column| column.name == "tip_error_m");
+        if let (Subject::Bundle(_), Some(place)) = (&task.subject, place) {
+            for error in chunk.column(place).iter().filter(|error| error.is_finite()) {
                 self.rows += 1;
-                self.greatest = self.greatest.max(own);
+                self.greatest = self.greatest.max(error / task.length());
             }
         }
     }
 
     /// For the summary; empty where no row told.
     pub fn text(&self) -> String {
-        if self.rows == 0 {
-            return String::new();
-        }
-        let more =
-            if self.greatest > ACCURACY { "; more than 1e-4: --refine 2 to 8 takes more modes" } else { "" };
-        format!("  tip within {:.0e} of the length in {} rows looked at{more}\n", self.greatest, self.rows)
+        if self.rows == 0 { String::new() } else { told(self.greatest, self.rows, "rows", self.accepted) }
     }
 
     /// For the JSON.

@@ -2,16 +2,17 @@
 
 use crate::Failure;
 use crate::bundle;
-use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction, unsound};
+use crate::command::{CommandArgs, build, thread_has_direction, unsound};
 use crate::output::{self, is_stdout, write_or_print};
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
+use crate::resolved::AccuracyArgs;
 use cppr::bundle::solve::BundleSolver;
 use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::Robot;
 use cppr::kinematics::TipPose;
 use cppr_io::RobotFile;
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_mesh::{
     Detail, Flange, Flaws, Mesh, Part, TubeOptions, Tubes, UnrolledOptions, bent_bundle, bent_tubes, dxf,
     glb, gltf, obj, stl, three_mf, tube_mesh, tube_volume, unrolled,
@@ -107,6 +108,8 @@ pub struct Args {
     json: Option<PathBuf>,
     #[command(flatten)]
     command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
 }
 
 impl Args {
@@ -158,7 +161,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.tube.is_none() && format == Format::Dxf {
         return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
     }
-    let (robot, bent): (Box<dyn Tubes>, _) = match bundle_file::read(&args.robot).map_err(input)? {
+    let (robot, bent): (Box<dyn Tubes>, _) = match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };
@@ -319,14 +322,16 @@ type Bent = (String, Vec<Mesh>);
 fn solved(args: &Args, file: &RobotFile, robot: &Robot) -> Result<Bent, Failure> {
     let command = args.command.command(robot)?;
     let mut solver = args.command.solver(robot)?;
-    let found = solver.solve(&command).map_err(input)?;
-    if !found.status().is_equilibrium() {
-        return Err(no_equilibrium(&found));
-    }
-    thread_has_direction(&found.command().loads, &solver.tip(&found))?;
+    let resolved = args.accuracy.solve_resolved(&mut solver, &command)?;
+    let found = &resolved.found;
+    thread_has_direction(&found.command().loads, &solver.tip(found))?;
     let [tolerance, below] = args.bent();
-    let meshes = bent_tubes(file, &mut solver, &found, tolerance, below).map_err(input)?;
-    Ok((found.status().to_string(), meshes))
+    let meshes = bent_tubes(file, &mut solver, found, tolerance, below).map_err(input)?;
+    let warning = resolved
+        .warning()
+        .or(resolved.snap())
+        .map_or(String::new(), |text| format!("\n  warning      {text}"));
+    Ok((found.status().to_string() + &warning, meshes))
 }
 
 fn solved_bundle(args: &Args, design: &BundleDesign, bundle: &Bundle) -> Result<Bent, Failure> {

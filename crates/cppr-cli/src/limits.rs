@@ -3,11 +3,12 @@
 use crate::Failure;
 use crate::bundle::{self, Ready};
 use crate::bundle_figure;
-use crate::command::{CommandArgs, build, described, no_equilibrium};
+use crate::command::{CommandArgs, build};
 use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
+use crate::resolved::{AccuracyArgs, Resolved};
 use crate::table::{millimetres, plain};
 use cppr::analysis::{
     Bound, Governing, NotchCapacity, Place, RangeEnd, SafeRange, SectionLimit, Teeth, euler_load,
@@ -15,7 +16,7 @@ use cppr::analysis::{
 };
 use cppr::bundle::BundleDesign;
 use cppr::design::Robot;
-use cppr::solve::{Input, Status};
+use cppr::solve::{Command, Input, Solver, Status};
 use cppr_io::bundle_file::Described;
 use cppr_plot::{ProfileCurve, ProfileInput, Quantity, profile_figure};
 use serde_json::{Value, json};
@@ -41,6 +42,8 @@ pub struct Args {
     robot: PathBuf,
     #[command(flatten)]
     command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     /// Let the teeth bend as the notches do: the least strain and closure there can be
     #[arg(long)]
     bending_teeth: bool,
@@ -75,6 +78,8 @@ struct Report {
     margin: Option<f64>,
     ranges: Result<Vec<SafeRange>, String>,
     notches: Vec<NotchCapacity>,
+    /// Of the pose.
+    resolved: Option<Resolved>,
 }
 
 /// Computes, prints, writes.
@@ -82,7 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
-    let report = match described(&args.robot)? {
+    let report = match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => of_robot(args, &build(&file, &args.robot)?, teeth)?,
         Described::Bundle(design) => of_bundle(args, &design, teeth)?,
     };
@@ -107,22 +112,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn of_robot(args: &Args, robot: &Robot, teeth: Teeth) -> Result<Report, Failure> {
     let command = args.command.command(robot)?;
     let mut solver = args.command.solver(robot)?;
-    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
-    if !found.status().is_equilibrium() {
-        return Err(no_equilibrium(&found));
-    }
-    let sections = solver.section_limits(&found, teeth);
-    let margin = solver.stability(&found).map(|s| s.margin);
-    let ranges = match Exceeded::of(&mut solver, &found, teeth) {
+    let resolved = args.accuracy.solve_resolved(&mut solver, &command)?;
+    let found = &resolved.found;
+    let sections = solver.section_limits(found, teeth);
+    let margin = solver.stability(found).map(|s| s.margin);
+    let ranges = match Exceeded::of(&mut solver, found, teeth) {
         Some(exceeded) => Err(exceeded.text()),
-        None => solver.safe_ranges(&command, teeth).map_err(|p| p.to_string()),
+        None => ranges(args, &mut solver, &command, teeth)?,
     };
     Ok(Report {
         name: robot.design().name.clone(),
         length: robot.length(),
         tubes: robot.tube_count(),
         teeth,
-        title: figure::title(&found),
+        title: figure::title(found),
         stable: found.status() != Status::Unstable,
         tensions: found.followers().map(|(tube, actuator)| (tube, actuator.tension)).collect(),
         euler_load: Some(euler_load(robot)),
@@ -130,7 +133,32 @@ fn of_robot(args: &Args, robot: &Robot, teeth: Teeth) -> Result<Report, Failure>
         margin,
         ranges,
         notches: notch_capacities(robot, teeth),
+        resolved: Some(resolved),
     })
+}
+
+/// Safe ranges, with as many modes as their ends need.
+fn ranges(
+    args: &Args,
+    solver: &mut Solver,
+    command: &Command,
+    teeth: Teeth,
+) -> Result<Result<Vec<SafeRange>, String>, Failure> {
+    let accepted = args.accuracy.accepted(solver.settings());
+    let ranges = solver.safe_ranges(command, teeth);
+    let ends = ranges.iter().flatten().flat_map(|own| [(own.input, own.low), (own.input, own.high)]);
+    let at = |(input, end): (Input, RangeEnd)| {
+        let mut moved = command.clone();
+        moved.set(input, end.value).ok().map(|()| moved)
+    };
+    let ends: Vec<Command> = ends.filter_map(at).collect();
+    let usual = *solver.settings();
+    let settings = solver.settings_for(&ends, accepted).settings;
+    if settings == usual {
+        return Ok(ranges.map_err(|problem| problem.to_string()));
+    }
+    solver.set_settings(settings).map_err(|problem| Failure::Input(problem.to_string()))?;
+    Ok(solver.safe_ranges(command, teeth).map_err(|problem| problem.to_string()))
 }
 
 fn of_bundle(args: &Args, design: &BundleDesign, teeth: Teeth) -> Result<Report, Failure> {
@@ -157,6 +185,7 @@ fn of_bundle(args: &Args, design: &BundleDesign, teeth: Teeth) -> Result<Report,
         margin: None,
         ranges,
         notches: Vec::new(),
+        resolved: None,
     })
 }
 
@@ -285,6 +314,9 @@ impl Report {
             });
             line(&format!("tube {tube} tension"), plain(tension, 4), "N", rest);
         }
+        for (head, value) in self.resolved.iter().flat_map(Resolved::lines) {
+            line(head, String::new(), "", value);
+        }
         if !self.stable {
             line("warning", String::new(), "", "this equilibrium is unstable".into());
         }
@@ -368,6 +400,7 @@ impl Report {
                 "tensions_N": self.tensions.iter().map(|own| own.1).collect::<Vec<_>>(),
                 "governing": governing(&self.sections, self.margin).map(|g| governing_json(&g)),
                 "sections": self.sections.iter().map(section_json).collect::<Vec<_>>(),
+                "accuracy": self.resolved.as_ref().map(Resolved::json),
             },
         })
     }

@@ -8,9 +8,11 @@ use crate::free::{self, FreeArgs, State, line, three};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, direction, scalar, vector};
+use crate::resolved::AccuracyArgs;
 use crate::table::plain;
 use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target};
+use cppr::solve::Solver;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -39,6 +41,8 @@ pub struct Args {
     direction: Option<[f64; 3]>,
     #[command(flatten)]
     command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     #[command(flatten)]
     free: FreeArgs,
     /// Distance within which the position counts as reached
@@ -80,9 +84,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.free.search(
         &args.robot,
         &args.command,
+        &args.accuracy,
         |solver, command, free| {
-            let answer = solver.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))?;
-            let state = State::of(solver, &answer.equilibrium);
+            let find = |solver: &mut Solver| {
+                solver.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))
+            };
+            let (answer, resolved) = args.accuracy.search(solver, find, |answer| &answer.equilibrium)?;
+            let state = State::of(solver, &resolved);
             outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
             finish(args, &outputs, &solver.robot().design().name, free, &state, answer)
         },
@@ -169,6 +177,6 @@ fn as_json<E>(name: &str, free: &[FreeInput], state: &State, answer: &Reach<E>) 
         "inputs": free::inputs_json(free, &answer.values, &answer.at_bound, None),
         "tip_position_m": <[f64; 3]>::from(answer.position), "tip_direction": <[f64; 3]>::from(answer.direction),
         "distance_m": answer.distance, "angle_rad": answer.angle, "depends_on_path": answer.depends_on_path,
-        "actuators": state.actuators, "conditioning": conditioning,
+        "actuators": state.actuators, "accuracy": state.accuracy, "conditioning": conditioning,
     })
 }

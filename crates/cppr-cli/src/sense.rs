@@ -2,15 +2,16 @@
 
 use crate::Failure;
 use crate::bundle::Ready;
-use crate::command::{CommandArgs, build, described};
+use crate::command::{CommandArgs, build};
 use crate::free::{self, HALF, line};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
+use crate::resolved::{AccuracyArgs, Resolved};
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
 use cppr::analysis::inverse::{Measured, Principal, Sensed};
-use cppr::solve::{Freedom, Quantity};
+use cppr::solve::{Freedom, Quantity, Solver};
 use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -61,6 +62,8 @@ pub struct Args {
     moment: bool,
     #[command(flatten)]
     command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     /// Write the answer, - for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -91,20 +94,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .into(),
         ));
     }
-    match described(&args.robot)? {
+    match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let command = args.command.command(&robot)?;
             believable(robot.length(), args.measured_position)?;
             let mut solver = args.command.solver(&robot)?;
-            let answer = solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))?;
-            finish(args, &outputs, &robot.design().name, &measured, &answer)
+            let find = |solver: &mut Solver| {
+                solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))
+            };
+            let (answer, resolved) = args.accuracy.search(&mut solver, find, |answer| &answer.equilibrium)?;
+            finish(args, &outputs, &robot.design().name, &measured, &answer, Some(&resolved))
         }
         Described::Bundle(design) => {
             let ready = Ready::new(&args.command, &args.robot, &design)?;
             believable(ready.bundle.length(), args.measured_position)?;
             let answer = ready.analysis(&design).sense(&ready.command, &measured, args.moment);
-            finish(args, &outputs, &design.name, &measured, &answer.map_err(|p| free::failure(&p))?)
+            finish(args, &outputs, &design.name, &measured, &answer.map_err(|p| free::failure(&p))?, None)
         }
     }
 }
@@ -116,11 +122,17 @@ fn finish<E>(
     name: &str,
     measured: &[Measured],
     answer: &Sensed<E>,
+    resolved: Option<&Resolved>,
 ) -> Result<(), Failure> {
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", as_json(name, answer, args.moment)))?;
+        let mut whole = as_json(name, answer, args.moment);
+        whole["accuracy"] = json!(resolved.map(Resolved::json));
+        write_or_print(path, &format!("{whole:#}\n"))?;
     }
     let mut text = table(name, answer, args.moment);
+    for (head, value) in resolved.into_iter().flat_map(Resolved::lines) {
+        line(&mut text, head, &value);
+    }
     for (one, miss) in measured.iter().zip(&answer.misses).filter(|(_, miss)| **miss > FAR) {
         line(&mut text, "not explained", &missed(one, *miss));
     }

@@ -8,8 +8,10 @@ use crate::free::{self, FreeArgs, State, line};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, scalar};
+use crate::resolved::AccuracyArgs;
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, ShapeMatch};
+use cppr::solve::Solver;
 use cppr_io::points::read_points;
 use serde_json::json;
 use std::path::PathBuf;
@@ -36,6 +38,8 @@ pub struct Args {
     point_deviation: f64,
     #[command(flatten)]
     command: CommandArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     #[command(flatten)]
     free: FreeArgs,
     /// Write the answer, - for standard output
@@ -64,9 +68,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.free.search(
         &args.robot,
         &args.command,
+        &args.accuracy,
         |solver, command, free| {
-            let answer = solver.shape_match(command, free, &points).map_err(|p| free::failure(&p))?;
-            let state = State::of(solver, &answer.equilibrium);
+            let find = |solver: &mut Solver| {
+                solver.shape_match(command, free, &points).map_err(|p| free::failure(&p))
+            };
+            let (answer, resolved) = args.accuracy.search(solver, find, |answer| &answer.equilibrium)?;
+            let state = State::of(solver, &resolved);
             outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
             finish(&outputs, &solver.robot().design().name, free, &state, &answer)
         },
@@ -93,7 +101,7 @@ fn finish<E>(
             "inputs": free::inputs_json(free, &answer.values, &answer.at_bound, Some(&answer.uncertainty.deviations)),
             "rms_distance_m": answer.rms, "distances_m": answer.distances,
             "noise_against_stated": answer.uncertainty.misfit,
-            "actuators": state.actuators,
+            "actuators": state.actuators, "accuracy": state.accuracy,
         });
         write_or_print(path, &format!("{whole:#}\n"))?;
     }

@@ -2,18 +2,17 @@
 
 use crate::Failure;
 use crate::bundle;
-use crate::command::{CommandArgs, build, described, no_equilibrium, thread_has_direction};
+use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
-use crate::resolved::Resolved;
+use crate::resolved::AccuracyArgs;
 use crate::rubbing::{FrictionArgs, Touch};
 use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
-use cppr::analysis::ACCURACY;
-use cppr::analysis::Teeth;
+use cppr::analysis::{Followed, Teeth};
 use cppr::solve::{Equilibrium, Solver};
 use cppr_io::bundle_file::Described;
 use cppr_io::result::{AccuracyRecord, ResultRecord};
@@ -57,10 +56,8 @@ pub struct Args {
     /// Scenario file (TOML) that says what the options from --pull to --refine say, as the live view writes it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["DriveArgs", "RestArgs"])]
     pub scenario: Option<PathBuf>,
-    /// Error of the tip that is accepted, as a part of the robot's length: where the usual modes exceed it, twice or four times as many are
-    /// taken. Modes chosen by --modes or --refine stay as they are
-    #[arg(long, value_name = "PART", default_value_t = ACCURACY, value_parser = part_of_length)]
-    accuracy: f64,
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
     #[command(flatten)]
     pub friction: FrictionArgs,
     /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
@@ -80,18 +77,11 @@ pub struct Args {
     pub plot: Option<PathBuf>,
 }
 
-fn part_of_length(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(part) if 0.0 < part && part <= 1.0 => Ok(part),
-        _ => Err("write a part of the length above 0 and up to 1, for instance 1e-4".into()),
-    }
-}
-
 /// Solves, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
-    let file = match described(&args.robot)? {
+    let file = match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => file,
         Described::Bundle(design) => return bundle::run(args, &outputs, &design),
     };
@@ -103,7 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (args.command.solver(&robot)?, command)
     };
     let start = Instant::now();
-    let found = solver.solve(&command).map_err(|p| Failure::Input(p.to_string()))?;
+    let Followed { equilibrium: found, folds } = args.accuracy.solve(&mut solver, &command)?;
     let time = start.elapsed();
     if !found.status().is_equilibrium() {
         if let Some(path) = json {
@@ -117,7 +107,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         });
     }
     let start = Instant::now();
-    let resolved = Resolved::new(&mut solver, found, args.accuracy)?;
+    let mut resolved = args.accuracy.resolve(&mut solver, found)?;
+    resolved.folds = folds;
     let checked = start.elapsed();
     let found = &resolved.found;
     let shape = solver.shape(found, args.samples as usize);
@@ -131,6 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = json {
         let mut record = ResultRecord::new(found, &shape, margin, direction);
         record.accuracy = resolved.accuracy.map(|own| AccuracyRecord::new(found.robot(), &own));
+        record.snaps_at.clone_from(&resolved.folds);
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
         record.stable_aside = unstable.as_ref().and_then(Unstable::json);
         record.contact = touch.contact_json();

@@ -3,13 +3,14 @@
 use crate::Failure;
 use crate::bundle;
 use crate::cloud::Workspace;
-use crate::command::{CommandArgs, DriveArgs, RestArgs, build, described, unsound};
+use crate::command::{CommandArgs, DriveArgs, RestArgs, build, unsound};
 use crate::errors::Errors;
 use crate::figure;
 use crate::output::{self, note, write_or_print};
 use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_any_tube, span_vector};
-use cppr::analysis::{Teeth, absurd_demand};
+use crate::resolved::AccuracyArgs;
+use cppr::analysis::{ACCURACY, Teeth, absurd_demand};
 use cppr::bundle::solve::{BundleCommand, TubeDrive};
 use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::Robot;
@@ -77,6 +78,8 @@ pub struct Args {
     vary: Vec<(String, Spread)>,
     #[command(flatten)]
     rest: RestArgs,
+    #[command(flatten)]
+    accuracy: AccuracyArgs,
     /// Solve this many quasi-random samples instead of a grid
     #[arg(long, value_name = "N")]
     samples: Option<u64>,
@@ -172,11 +175,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let subject = match described(&args.robot)? {
+    let subject = match args.accuracy.described(&args.robot)? {
         Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
         Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
     };
-    let task = task(args, subject)?;
+    let mut task = task(args, subject)?;
+    task.check().map_err(|problem| Failure::Input(problem.to_string()))?;
+    let accepted = match &task.subject {
+        Subject::Robot(own) => args.accuracy.accepted(&own.settings),
+        Subject::Bundle(_) => ACCURACY,
+    };
+    let mut errors = Errors::of(&mut task, accepted);
+    let task = task;
     let rows = task.rows();
     let colour = args.colour.as_deref();
     let mut cloud = args.plot.as_ref().map(|_| Workspace::new(&task, colour)).transpose()?;
@@ -207,7 +217,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let mut study = matches!(task.plan, Plan::Samples { .. }).then(|| Study::new(&task));
     let mut reasons = [const { None }; Verdict::ALL.len()];
-    let mut errors = Errors::new(&task);
     let visit = |chunk: &Chunk| {
         if let Some(study) = &mut study {
             study.visit(chunk);
@@ -222,7 +231,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(cloud) = &mut cloud {
             cloud.visit(chunk);
         }
-        errors.visit(chunk);
+        errors.visit(&task, chunk);
     };
     let finished = write_file(&task, &target, &options, progress, visit);
     bar.finish_and_clear();

@@ -137,7 +137,7 @@ pub fn table(
     let steps = format!("{}{steps}", counted(s.iterations, "Newton step"));
     let [time, checked] = [time, checked].map(duration);
     line("cost", format!("{steps}, {time}; the accuracy {checked}{limit}{aside}"));
-    if let Some(text) = resolved.warning() {
+    for text in resolved.warning().into_iter().chain(resolved.snap()) {
         line("warning", text);
     }
     for sentence in unstable.into_iter().flat_map(Unstable::text) {

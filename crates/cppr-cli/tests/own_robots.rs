@@ -128,7 +128,10 @@ fn answers_say_how_accurate_they_are() {
     let table = text(&shown.stdout);
     assert!(table.contains("; 4 times as many modes as usual"), "{table}");
     assert!(table.contains("of the length only, not 1e-4"), "{table}");
-    assert!(table.contains("integrated without modes its tip is at 88.603 -50.168 0.000 mm"), "{table}");
+    assert!(
+        table.contains("integrated without modes (--integrate) its tip is at 88.603 -50.168 0.000 mm"),
+        "{table}"
+    );
     let coarse = solved(steps, "--pull 2mm");
     let own = &coarse["accuracy"];
     assert!(part(&coarse) > 1e-3, "{own}");
@@ -142,4 +145,86 @@ fn answers_say_how_accurate_they_are() {
     let chosen = cppr(&["solve", steps, "--pull", "2mm", "--refine", "2"]);
     assert!(!text(&chosen.stdout).contains("of the length only"), "{}", text(&chosen.stdout));
     refused(&["solve", steps, "--pull", "2mm", "--accuracy", "2"], "above 0 and up to 1");
+}
+
+/// A robot whose fields have steps: no field leaves the range of what it interpolates.
+#[test]
+fn fields_stay_within_what_they_interpolate() {
+    let steps = "crates/cppr-cli/tests/data/steps_in_a_table.toml";
+    let sections = json(&["section", steps, "--samples", "461", "--json", "-"]);
+    for tube in sections["tubes"].as_array().unwrap() {
+        let of = |key: &str| -> Vec<f64> {
+            tube["sections"].as_array().unwrap().iter().map(|s| s[key].as_f64().unwrap()).collect()
+        };
+        for key in ["bending_y_Nm2", "bending_z_Nm2", "torsion_Nm2", "centroid_offset_m"] {
+            let values = of(key);
+            let (uncut, notched) = (values[0], values[230]);
+            let (low, high) = (uncut.min(notched), uncut.max(notched));
+            let allowed = 2e-3 * (high - low);
+            assert!(values.iter().all(|v| (low - allowed..=high + allowed).contains(v)), "{key}: {values:?}");
+        }
+    }
+}
+
+/// Every command takes the modes that a robot needs, says what is left, and integrates where it is told to.
+#[test]
+fn every_command_knows_its_error() {
+    let steps = "crates/cppr-cli/tests/data/steps_in_a_table.toml";
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("t.csv");
+    let mesh = folder.path().join("bent.obj");
+    let points = folder.path().join("points.csv");
+    std::fs::write(&points, "x_mm,y_mm,z_mm\n60,-10,0\n88.6,-50.17,0\n").unwrap();
+    let (table, mesh, points) = (table.to_str().unwrap(), mesh.to_str().unwrap(), points.to_str().unwrap());
+    let bounds = ["--pull-bounds", "0..3mm", "--rotate", "0deg"];
+    let commands: [&[&str]; 8] = [
+        &["limits", steps, "--pull", "2mm"],
+        &["sweep", steps, "--pull", "1..2mm:2", "--output", table],
+        &["continue", steps, "--along", "pull", "--to", "2mm"],
+        &["derivatives", steps, "--pull", "2mm"],
+        &["export", steps, "--pull", "2mm", "--output", mesh],
+        &["sense", steps, "--pull", "2mm", "--measured-position", "88.6,-50,0.5mm"],
+        &[&["reach", steps, "--position", "88.6,-50.17,0mm"], &bounds[..]].concat(),
+        &[&["match", steps, "--points", points], &bounds[..]].concat(),
+    ];
+    for (number, command) in commands.into_iter().enumerate() {
+        let said = |options: &[&str]| {
+            let output = cppr(&[command, options].concat());
+            assert_eq!(output.status.code(), Some(0), "{command:?}: {}", text(&output.stderr));
+            text(&output.stdout)
+        };
+        // Four times as many modes take their time.
+        if number < 4 {
+            let own = said(&[]);
+            assert!(own.contains("of the length") && own.contains("--integrate"), "{command:?}: {own}");
+        }
+        assert!(!said(&["--integrate"]).contains("--integrate"), "{command:?}");
+    }
+    let right = json(&["solve", steps, "--pull", "2mm", "--integrate", "--json", "-"]);
+    let tip: Vec<f64> =
+        right["tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert!((tip[0] - 88.599e-3).hypot(tip[1] + 50.173e-3) < 1e-4 * 0.115, "{tip:?}");
+}
+
+/// A solve ends where the path of equilibria from rest ends, as long as that is stable: where it folds on the way, and where steps from rest do not arrive.
+#[test]
+fn a_solve_ends_where_the_path_from_rest_ends() {
+    let tip = |robot: &str, options: &str| -> (Value, Vec<f64>) {
+        let found = solved(&format!("crates/cppr-cli/tests/data/{robot}.toml"), options);
+        let tip = found["tip_position_m"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        (found, tip)
+    };
+    let folds = "--pull 2=0.02310248mm --pull 3=-0.08407234mm --rotate 3=14.037675deg --refine 4";
+    let (found, at) = tip("folds_on_the_way", folds);
+    assert_eq!(found["status"], "converged");
+    let snaps = found["snaps_at"].as_array().unwrap();
+    assert!((snaps[0].as_f64().unwrap() - 0.128).abs() < 2e-3, "{snaps:?}");
+    for (own, path) in at.iter().zip([19.149e-3, 0.866e-3, -3.158e-3]) {
+        assert!((own - path).abs() < 0.01 * 19.5e-3, "{at:?}");
+    }
+    let (found, _) = tip("path_arrives", "--pull 2=0.726823mm --rotate 3=-16.2982deg");
+    assert_eq!(found["status"], "converged");
+    assert!(found.get("snaps_at").is_none());
+    let margin = found["margin_to_instability"].as_f64().unwrap();
+    assert!((0.05..0.25).contains(&margin), "{margin}");
 }

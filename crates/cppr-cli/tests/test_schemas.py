@@ -25,6 +25,7 @@ COMMANDS = {
         "robots/r3.toml --pull -5mm --tip-force -2,0,0N --samples 2",
         "robots/r1.toml --pull 1mm --formulation printed --samples 2",
         "robots/r1.toml --pull 3mm --friction 0.2 --guide 20mm --contact --samples 2",
+        "crates/cppr-cli/tests/data/folds_on_the_way.toml --pull 2=0.02310248mm --pull 3=-0.08407234mm --rotate 3=14.037675deg --refine 4 --samples 2",
     ],
     "cycle": [
         "robots/r1.toml --pull 0..1..0..1mm --friction 0.2 --steps 3",

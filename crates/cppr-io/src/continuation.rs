@@ -40,6 +40,17 @@ pub struct ContinuationRecord {
     pub parameter_tube: Option<usize>,
     /// The first one, then those that leave it.
     pub branches: Vec<BranchRecord>,
+    /// How exact they are.
+    pub accuracy: PathAccuracyRecord,
+}
+
+/// Discretisation error of some stable points that are spread over all branches.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct PathAccuracyRecord {
+    /// How many have a known error.
+    pub points: usize,
+    /// Greatest error of a tip among them, as a part of the length.
+    pub tip_of_length: Option<f64>,
 }
 
 /// One branch.
@@ -128,6 +139,7 @@ impl ContinuationRecord {
             parameter,
             parameter_tube,
             branches: branches.iter().map(BranchRecord::from).collect(),
+            accuracy: PathAccuracyRecord::default(),
         }
     }
 

@@ -49,6 +49,9 @@ pub struct ResultRecord {
     /// Where the pose is beyond a limit of the robot, which, where, and how much of the command is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_exceeded: Option<serde_json::Value>,
+    /// Parts of the command at which the path of equilibria from rest turns back and the robot snaps, where it was followed past that.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub snaps_at: Vec<f64>,
     /// Where the equilibrium is unstable, a stable shape under the same command.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable_aside: Option<serde_json::Value>,
@@ -361,6 +364,7 @@ impl ResultRecord {
             accuracy: None,
             limit_exceeded: None,
             stable_aside: None,
+            snaps_at: Vec::new(),
             contact: None,
             friction: None,
             solution: None,

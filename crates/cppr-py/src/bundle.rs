@@ -4,6 +4,7 @@ use crate::analysis;
 use crate::arrays::{dynamic, line, matrix, number, table, vector};
 use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
 use crate::design::Reader;
+use crate::robot::Robot;
 use crate::watch::stoppable;
 use crate::{errors, rubbing};
 use cppr::analysis::{BundleAnalysis, Sensitivity};
@@ -63,6 +64,12 @@ impl Bundle {
     #[staticmethod]
     fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
         Self::build(py, bundle_file::parse(text).map_err(|problems| errors::file(py, &problems))?)
+    }
+
+    /// The same robot without modes: integrated along its length.
+    #[staticmethod]
+    fn of(py: Python<'_>, robot: PyRef<'_, Robot>) -> PyResult<Self> {
+        Self::build(py, robot.shared.robot.design().into())
     }
 
     /// Name.

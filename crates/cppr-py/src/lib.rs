@@ -46,6 +46,7 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(inverse::match_shape, m)?)?;
     m.add_function(wrap_pyfunction!(inverse::sense, m)?)?;
     m.add_function(wrap_pyfunction!(many::solve_many, m)?)?;
+    m.add_function(wrap_pyfunction!(many::modes_for, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::sweep, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_many, m)?)

@@ -6,7 +6,7 @@
 use crate::command::{Asked, KEYWORDS, suspicious};
 use crate::errors;
 use crate::robot::{Robot, Shared};
-use crate::watch::watched;
+use crate::watch::{stoppable, watched};
 use cppr::many::{Solved, Start};
 use cppr::solve::{Command, CommandProblem, Draft, Input, Reason, Solver, Status};
 use cppr::statics::Wrench;
@@ -15,6 +15,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// What is written of every pose beyond the cheap numbers.
@@ -36,7 +37,39 @@ struct Job<'a> {
     extras: Extras,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// With its columns, every pose checked; messages count poses from `first`.
+    fn new(
+        py: Python<'_>,
+        mut job: Self,
+        columns: &'a [(usize, i64, PyReadonlyArray1<'_, f64>)],
+        poses: usize,
+        first: usize,
+    ) -> PyResult<Self> {
+        let core = &job.shared.robot;
+        let mut draft = Draft::of(job.base.clone());
+        for (means, tube, values) in columns {
+            let quantity = KEYWORDS[*means % 4];
+            let values = values.as_slice()?;
+            let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            if let Some(text) = suspicious(quantity, core, largest) {
+                errors::warn(py, "UnitWarning", &text)?;
+            }
+            let input = quantity.of_tube(usize::try_from(*tube).unwrap_or(usize::MAX));
+            let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
+            draft.set(input, 0.0).map_err(refused)?;
+            job.columns.push((input, values));
+        }
+        let vectors = job.force.iter().chain(&job.moment).map(|v| v.len() / 3);
+        if job.columns.iter().map(|c| c.1.len()).chain(vectors).any(|n| n != poses) {
+            return Err(PyValueError::new_err("the arrays of the poses differ in length"));
+        }
+        if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
+            return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
+        }
+        Ok(job)
+    }
+
     /// Puts the numbers of a pose into a copy of the base command.
     fn set(&self, command: &mut Command, pose: usize) {
         for (input, values) in &self.columns {
@@ -179,36 +212,24 @@ pub fn solve_many(
     let solver = Solver::with_settings(core, settings).map_err(|problem| errors::command(py, problem))?;
     let extras = Extras { jacobian, margin: stability, sections };
     let (poses, width) = (out.as_array().nrows(), width(core.follower_count(), extras));
-    let mut draft = Draft::of(base.clone());
-    let mut job = Job {
-        shared: &robot.shared,
-        base: &base,
-        solver: &solver,
-        columns: Vec::with_capacity(columns.len()),
-        force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
-        moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
-        extras,
-    };
-    for (means, tube, values) in &columns {
-        let quantity = KEYWORDS[*means % 4];
-        let values = values.as_slice()?;
-        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if let Some(text) = suspicious(quantity, core, largest) {
-            errors::warn(py, "UnitWarning", &text)?;
-        }
-        let input = quantity.of_tube(usize::try_from(*tube).unwrap_or(usize::MAX));
-        let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
-        draft.set(input, 0.0).map_err(refused)?;
-        job.columns.push((input, values));
-    }
-    let lengths =
-        job.columns.iter().map(|c| c.1.len()).chain(job.force.iter().chain(&job.moment).map(|v| v.len() / 3));
-    if out.as_array().ncols() != width || lengths.into_iter().any(|n| n != poses) {
+    if out.as_array().ncols() != width {
         return Err(PyValueError::new_err("the arrays of the poses differ in length"));
     }
-    if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
-        return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
-    }
+    let job = Job::new(
+        py,
+        Job {
+            shared: &robot.shared,
+            base: &base,
+            solver: &solver,
+            columns: Vec::new(),
+            force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
+            moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
+            extras,
+        },
+        &columns,
+        poses,
+        first,
+    )?;
     // One block needs no threads, and no block more than one of them.
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = if threads > 0 { threads } else { cores() }.min(poses.div_ceil(ONE_BLOCK));
@@ -221,4 +242,50 @@ pub fn solve_many(
         Some(pool) => pool.install(|| job.run(rows, width, done, cancelled)),
         None => job.run(rows, width, done, cancelled),
     })
+}
+
+/// How many times as many modes some poses need whose tips are to be within `accuracy` times the length, the greatest error of a tip (m) that is
+/// left, and of how many poses it is known.
+#[pyfunction]
+#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, poses, accuracy))]
+pub fn modes_for(
+    py: Python<'_>,
+    robot: PyRef<'_, Robot>,
+    columns: Vec<(usize, i64, PyReadonlyArray1<'_, f64>)>,
+    tip_force: Option<PyReadonlyArray2<'_, f64>>,
+    tip_moment: Option<PyReadonlyArray2<'_, f64>>,
+    loads: Option<Bound<'_, PyAny>>,
+    settings: Option<Bound<'_, PyAny>>,
+    poses: usize,
+    accuracy: f64,
+) -> PyResult<(usize, Option<f64>, usize)> {
+    let core = &robot.shared.robot;
+    let asked = Asked { loads: loads.as_ref(), settings: settings.as_ref(), ..Asked::default() };
+    let (mut base, settings) = asked.read(core)?;
+    if tip_force.is_some() || tip_moment.is_some() {
+        base.loads.wrenches.push(Wrench::tip_force(cppr::Vector3::zeros()));
+    }
+    let mut solver = Solver::with_settings(core, settings).map_err(|problem| errors::command(py, problem))?;
+    let job = Job {
+        shared: &robot.shared,
+        base: &base,
+        solver: &solver.clone(),
+        columns: Vec::new(),
+        force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
+        moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
+        extras: Extras { jacobian: false, margin: false, sections: 0 },
+    };
+    let job = Job::new(py, job, &columns, poses, 0)?;
+    let command = |pose: usize| {
+        let mut command = base.clone();
+        job.set(&mut command, pose);
+        command
+    };
+    let commands: Vec<Command> = (0..poses).map(command).collect();
+    let found = stoppable(py, |stop| {
+        solver.stop_by(Some(Arc::clone(stop)));
+        solver.settings_for(&commands, if settings.modes_are_chosen() { f64::INFINITY } else { accuracy })
+    })?;
+    let factor = found.settings.resolution.nodes / settings.resolution.nodes;
+    Ok((factor, found.error, found.known))
 }

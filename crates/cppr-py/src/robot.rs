@@ -8,7 +8,7 @@ use crate::errors;
 use cppr::analysis::ACCURACY;
 use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
-use cppr::solve::{SettingsProblem, Solver};
+use cppr::solve::{SettingsProblem, Solver, Status};
 use cppr_io::{robot_file, robot_text};
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
@@ -202,22 +202,42 @@ impl Robot {
         let found = py.detach(|| {
             self.shared.with(|solver| {
                 solver.set_settings(settings)?;
-                Ok(match (start, accuracy) {
-                    (None, Some(part)) => solver.solve_resolved(&command, part),
-                    (None, None) => solver.solve(&command).map(|found| (found, None)),
-                    (Some(start), _) => solver.solve_from(&command, start).map(|found| (found, None)),
-                })
+                let solved = match start {
+                    None => solver.solve(&command),
+                    Some(start) => solver.solve_from(&command, start),
+                };
+                Ok(solved.and_then(|found| {
+                    // Where a solve from rest finds no stable equilibrium, the path from rest may lead to one.
+                    let lost = start.is_none() && found.status() != Status::Converged;
+                    let followed = if lost { solver.follow(&command) } else { None };
+                    let (found, folds) =
+                        followed.map_or((found, Vec::new()), |own| (own.equilibrium, own.folds));
+                    Ok(match accuracy {
+                        Some(part) if start.is_none() => {
+                            let (found, error) = solver.resolve(found, part)?;
+                            (found, error, folds)
+                        }
+                        _ => (found, None, folds),
+                    })
+                }))
             })
         });
         let found = found.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
-        let (found, error) = found.map_err(|problem| errors::refused(py, &problem))?;
+        let (found, error, folds) = found.map_err(|problem| errors::refused(py, &problem))?;
+        if let Some(first) = folds.first() {
+            let text = format!(
+                "driven from rest the robot snaps at {:.1} % of this command; this stable shape lies beyond, where the path of equilibria leads past its folds",
+                100.0 * first
+            );
+            errors::warn(py, "SnapWarning", &text)?;
+        }
         let length = self.shared.robot.length();
         if let (Some(own), Some(part)) = (error, accuracy)
             && own.tip > part * length
         {
             let text = format!(
                 "the tip is within {:.1e} of the length only, not {part:.1e}: the fields of this robot change faster along it than four times \
-                 as many modes follow",
+                 as many modes follow; cppr.Bundle.of(robot) solves without modes",
                 own.tip / length
             );
             errors::warn(py, "AccuracyWarning", &text)?;

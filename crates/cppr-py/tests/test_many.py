@@ -120,3 +120,32 @@ def test_other_python_threads_run_meanwhile(r3: cppr.Robot) -> None:
         stop.set()
         thread.join()
     assert counts[0] > 1000
+
+
+def test_as_many_modes_as_the_poses_need(r3: cppr.Robot) -> None:
+    smooth = r3.solve_many(pull=[1e-3, 4e-3])
+    assert 0 < smooth.error < 1e-6 * r3.length
+    robot = cppr.Robot.from_toml("crates/cppr-cli/tests/data/steps_in_a_table.toml")
+    with pytest.warns(cppr.AccuracyWarning, match="cppr.Bundle.of"):
+        many = robot.solve_many(pull=[1e-3, 2e-3])
+    assert many.error > 1e-4 * robot.length
+    bare = robot.solve_many(pull=[1e-3, 2e-3], accuracy=None)
+    assert np.isnan(bare.error)
+    chosen = robot.solve_many(pull=[1e-3, 2e-3], settings=cppr.Settings(refine=4))
+    np.testing.assert_allclose(many.tip_position, chosen.tip_position, atol=1e-9)
+    # Within its error of the robot that knows no modes.
+    whole = cppr.Bundle.of(robot).solve(pull=2e-3)
+    away = np.linalg.norm(many.tip_position[1] - whole.tip_position)
+    assert away < 1.5 * many.error and np.linalg.norm(whole.tip_position[:2] - [88.599e-3, -50.173e-3]) < 1e-5
+    with pytest.raises(ValueError, match="accuracy is 2"):
+        r3.solve_many(pull=[1e-3], accuracy=2)
+
+
+def test_the_path_from_rest_is_followed_past_its_folds() -> None:
+    robot = cppr.Robot.from_toml("crates/cppr-cli/tests/data/folds_on_the_way.toml")
+    with pytest.warns(cppr.SnapWarning, match=r"snaps at 12\.8 %"):
+        eq = robot.solve(
+            pull={2: 0.02310248e-3, 3: -0.08407234e-3}, rotate={3: 14.037675 * cppr.deg}, accuracy=None,
+            settings=cppr.Settings(refine=4),
+        )
+    assert eq.stable

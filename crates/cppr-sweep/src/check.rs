@@ -1,11 +1,12 @@
 //! What a task cannot be.
 
-use crate::axis::{Values, Variable};
+use crate::axis::{Axis, Values, Variable};
 use crate::bundle::BEHIND_THE_PLATE;
 use crate::design::{DesignKeys, KeyProblem};
 use crate::table::{Chunk, Verdict};
-use crate::task::{MOST_POSES, Plan, RobotSubject, Subject, Task};
-use cppr::solve::{Command, SettingsProblem, Solver, Status};
+use crate::task::{Inputs, MOST_POSES, Plan, RobotSubject, Subject, Task};
+use cppr::solve::{Command, SettingsProblem, Solver};
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// What is wrong with a task. `axis` is the name of its column.
@@ -65,6 +66,9 @@ impl fmt::Display for TaskProblem {
 }
 
 impl std::error::Error for TaskProblem {}
+
+/// Rows whose discretisation error is computed.
+const LOOKED_AT: u64 = 8;
 
 impl Task {
     /// Checks the task as a whole; single poses that cannot be asked for are rows of the result.
@@ -133,46 +137,55 @@ impl Task {
         if !matches!(verdict, Verdict::InvalidDesign | Verdict::InvalidCommand) {
             return None;
         }
+        let values: Vec<f64> = (0..self.axes.len()).map(|axis| chunk.column(axis)[row]).collect();
         match &self.subject {
-            Subject::Robot(own) => match self.row(own, chunk, row) {
+            Subject::Robot(own) => match self.row(own, &values) {
                 Ok((solver, command)) => solver.check(&command).err().map(|problem| problem.to_string()),
                 Err(problem) => Some(problem),
             },
             Subject::Bundle(_) if verdict == Verdict::InvalidDesign => {
-                self.keys().and_then(|mut keys| keys.bundle(&self.values(chunk, row)).map(|_| ())).err()
+                self.keys().and_then(|mut keys| keys.bundle(&self.design_values(&values)).map(|_| ())).err()
             }
             Subject::Bundle(_) => Some(BEHIND_THE_PLATE.into()),
         }
     }
 
-    /// Discretisation error of the tip of a row, as a part of the length: of the same pose solved from rest. None where that is no stable
-    /// equilibrium or its error is not known.
-    #[must_use]
-    pub fn error(&self, chunk: &Chunk, row: usize) -> Option<f64> {
-        let own = match &self.subject {
-            Subject::Robot(own) => own,
-            Subject::Bundle(_) => {
-                let place = self.columns().iter().position(|column| column.name == "tip_error_m")?;
-                let own = chunk.column(place)[row] / self.length();
-                return own.is_finite().then_some(own);
+    /// Takes as many modes as some rows need whose tips are to be within `accuracy` times the length: rows spread from the first to the last, each solved
+    /// from rest. Gives the greatest error that is left in them, as a part of the length, and how many of them have one. `None` where none is known, and of
+    /// a bundle, whose table has an error in every row. Check the task first.
+    pub fn resolve(&mut self, accuracy: f64) -> Option<(f64, usize)> {
+        let chunking = self.chunking();
+        let (mut greatest, mut known) = (0.0, 0);
+        let apart = self.rows().saturating_sub(1).div_ceil(LOOKED_AT - 1).max(1);
+        let last = self.rows().saturating_sub(1);
+        let rows: BTreeSet<u64> = (0..LOOKED_AT).map(|i| last.min(i * apart)).collect();
+        for row in rows {
+            let Subject::Robot(own) = &self.subject else { return None };
+            let mut values = vec![0.0; self.axes.len()];
+            Inputs::new(self, &chunking).of(row, &mut values);
+            let Ok((mut solver, command)) = self.row(own, &values) else { continue };
+            let found = solver.settings_for(&[command], accuracy);
+            if let Some(error) = found.error {
+                greatest = f64::max(greatest, error / solver.robot().length());
+                known += 1;
             }
-        };
-        let (mut solver, command) = self.row(own, chunk, row).ok()?;
-        let found = solver.solve(&command).ok().filter(|found| found.status() == Status::Converged)?;
-        let own = solver.accuracy(&found)?;
-        Some(own.tip / found.robot().length())
+            if let Subject::Robot(own) = &mut self.subject {
+                own.settings = found.settings;
+            }
+        }
+        (known > 0).then_some((greatest, known))
     }
 
-    /// A solver of the robot of a row, and its command.
-    fn row(&self, own: &RobotSubject, chunk: &Chunk, row: usize) -> Result<(Solver, Command), String> {
+    /// A solver of the robot of a row, and its command, from the values of all axes.
+    fn row(&self, own: &RobotSubject, values: &[f64]) -> Result<(Solver, Command), String> {
         let robot = if self.varies_design() {
-            self.keys()?.robot(&self.values(chunk, row))?
+            self.keys()?.robot(&self.design_values(values))?
         } else {
             own.robot.clone()
         };
         let mut command = own.base.clone();
-        for (axis, varies) in self.axes.iter().enumerate() {
-            varies.variable.put(&mut command, chunk.column(axis)[row]);
+        for (axis, value) in self.axes.iter().zip(values) {
+            axis.variable.put(&mut command, *value);
         }
         let solver = Solver::with_settings(&robot, own.settings).map_err(|problem| problem.to_string())?;
         Ok((solver, command))
@@ -182,10 +195,10 @@ impl Task {
         DesignKeys::new(&self.robot_text, &self.design_keys()).map_err(|problem| problem.to_string())
     }
 
-    /// Values of the design keys in a row.
-    fn values(&self, chunk: &Chunk, row: usize) -> Vec<f64> {
-        let design = |axis: &usize| matches!(self.axes[*axis].variable, Variable::Design(_));
-        (0..self.axes.len()).filter(design).map(|axis| chunk.column(axis)[row]).collect()
+    /// Those of the values of all axes that are of design keys.
+    fn design_values(&self, values: &[f64]) -> Vec<f64> {
+        let is_design = |axis: &Axis| matches!(axis.variable, Variable::Design(_));
+        self.axes.iter().zip(values).filter(|(axis, _)| is_design(axis)).map(|(_, value)| *value).collect()
     }
 
     pub(crate) fn design_keys(&self) -> Vec<&str> {

@@ -40,6 +40,7 @@ from ._errors import (
     NoEquilibrium,
     Problem,
     RobotError,
+    SnapWarning,
     UnitWarning,
 )
 from ._inverse import Reach, Sensed, ShapeMatch
@@ -118,6 +119,7 @@ __all__ = [
     "Shaft",
     "Shape",
     "ShapeMatch",
+    "SnapWarning",
     "Solutions",
     "StiffnessTube",
     "Table",

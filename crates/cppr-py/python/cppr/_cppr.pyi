@@ -38,6 +38,7 @@ __all__ = [
     "match_shape",
     "sense",
     "solve_many",
+    "modes_for",
     "sweep",
     "time_solves",
     "time_many",
@@ -126,7 +127,8 @@ class Robot:
         From rest, `accuracy` is the error of the tip that is accepted, as a part of the robot's length: where the modes of the
         settings exceed it, twice or four times as many are taken; None leaves them as they are. See `Equilibrium.accuracy`.
 
-        An unstable equilibrium is returned: see `Equilibrium.stable`. Raises `NoEquilibrium` where there is none,
+        Where a solve from rest finds no stable equilibrium the path of equilibria from rest is followed to the command; a `SnapWarning` says where it
+        folds. An unstable equilibrium is returned: see `Equilibrium.stable`. Raises `NoEquilibrium` where there is none,
         `CommandError` for what cannot be asked of this robot; warns with `UnitWarning` and `AccuracyWarning`.
         """
 
@@ -141,6 +143,7 @@ class Robot:
         tip_moment: ArrayLike | None = None,
         loads: Iterable[Load] | None = None,
         settings: Settings | None = None,
+        accuracy: float | None = 1e-4,
         jacobian: bool = False,
         margin: bool = False,
         sections: int = 0,
@@ -152,7 +155,11 @@ class Robot:
         `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number
         to array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P
         of the result. `loads` act in every pose. `jacobian`, `margin` and `sections` (points of the centreline) ask
-        for more than tip and actuators. `progress` is True (a bar of tqdm) or a function of (done, total).
+        for more than tip and actuators. Twice or four times as many modes are taken where the tips of some poses, among them the first,
+        the last and those with the least and the greatest inputs, are not within `accuracy` times the length otherwise; None leaves
+        the modes as they are. `progress` is True (a bar of tqdm) or a function of (done, total).
+
+        Warns with `AccuracyWarning` where that is not reached.
         """
 
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -493,6 +500,10 @@ class Bundle:
     def from_toml_text(text: str) -> Bundle:
         """Reads a robot from the text of a robot file of any kind. Raises `RobotError` as `from_toml`."""
 
+    @staticmethod
+    def of(robot: Robot) -> Bundle:
+        """The same robot without modes: integrated along its length, whatever its fields do there."""
+
     @property
     def name(self) -> str:
         """Name."""
@@ -748,6 +759,7 @@ def sweep(
     tip: tuple[Sequence[float], Sequence[float]] | None,
     loads: Sequence[Load] | None,
     settings: Settings | None,
+    accuracy: float | None,
     samples: int | None,
     seed: int,
     margin: bool,
@@ -771,6 +783,16 @@ def solve_many(
     progress: Callable[[int, int], object] | None,
     first: int,
 ) -> None: ...
+def modes_for(
+    robot: Robot,
+    columns: Sequence[tuple[int, int, _Floats]],
+    tip_force: _Floats | None,
+    tip_moment: _Floats | None,
+    loads: Sequence[Load] | None,
+    settings: Settings | None,
+    poses: int,
+    accuracy: float,
+) -> tuple[int, float | None, int]: ...
 def time_solves(robot: Robot, pulls: Sequence[float], options: Settings | None) -> float: ...
 def time_many(
     robot: Robot, pulls: Sequence[float], options: Settings | None, threads: int

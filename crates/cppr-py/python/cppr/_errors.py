@@ -75,3 +75,7 @@ class UnitWarning(UserWarning):
 
 class AccuracyWarning(UserWarning):
     """The answer is not as accurate as was asked for."""
+
+
+class SnapWarning(UserWarning):
+    """Driven from rest the robot snaps on its way to this equilibrium."""

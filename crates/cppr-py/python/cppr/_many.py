@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Union
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _cppr
 from ._design import Settings
+from ._errors import AccuracyWarning
 from ._loads import Load
 
 Floats = NDArray[np.float64]
@@ -57,6 +59,8 @@ class Solutions:
     """Margin to instability: 1 at rest, 0 where it snaps; shape P."""
     centreline: Floats | None = None
     """Centreline from baseplate to tip (m); shape (*P, sections, 3)."""
+    error: float = math.nan
+    """Greatest discretisation error of the tip (m) among the poses that were looked at; NaN where none was or it is not known."""
 
     @property
     def status(self) -> NDArray[np.str_]:
@@ -131,6 +135,49 @@ class Poses:
         ]
         return columns, vectors
 
+    def at(
+        self, places: NDArray[np.int64]
+    ) -> tuple[list[tuple[int, int, Floats]], list[Floats | None]]:
+        """Columns of some poses, by their numbers in C order, contiguous."""
+        columns = [(m, t, np.array(a.flat[places])) for m, t, a in self.columns]
+        vectors = [
+            None if v is None else np.stack([v[..., k].flat[places] for k in range(3)], axis=-1)
+            for v in self.vectors
+        ]
+        return columns, vectors
+
+
+def resolved(
+    robot: _cppr.Robot,
+    poses: Poses,
+    loads: list[Load] | None,
+    settings: Settings | None,
+    accuracy: float | None,
+) -> tuple[Settings | None, float]:
+    """Settings with which the tips of some poses are within `accuracy` times the length, and the greatest error (m) that is left: of
+    poses from the first to the last, and of those with the least and the greatest value of every input. Modes that
+    `settings.refine` chooses stay."""
+    if accuracy is None or not poses.count:
+        return settings, math.nan
+    if not 0 < accuracy <= 1:
+        raise ValueError(f"accuracy is {accuracy}; it is a part of the robot's length above 0 and up to 1, or None")
+    settings = settings or Settings()
+    places = set(np.linspace(0, poses.count - 1, 8).astype(int).tolist())
+    inputs = [values for _, _, values in poses.columns]
+    inputs += [vector[..., k] for vector in poses.vectors if vector is not None for k in range(3)]
+    for values in inputs:
+        places |= {int(np.argmin(values)), int(np.argmax(values))}
+    columns, vectors = poses.at(np.array(sorted(places)))
+    factor, error, known = _cppr.modes_for(robot, columns, *vectors, loads, settings, len(places), accuracy)
+    if error is not None and settings.refine == 1 and error > accuracy * robot.length:
+        warnings.warn(
+            f"a tip is within {error / robot.length:.1e} of the length only, not {accuracy:.1e}, among {known} poses looked at: "
+            "the fields of this robot change faster along it than four times as many modes follow; cppr.Bundle.of(robot) solves without modes",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return replace(settings, refine=factor * settings.refine), math.nan if error is None else error
+
 
 def numbers(name: str, values: ArrayLike) -> Floats:
     """An array of numbers; what a mask hides is none."""
@@ -189,6 +236,7 @@ def solve_many(
     tip_moment: ArrayLike | None = None,
     loads: Iterable[Load] | None = None,
     settings: Settings | None = None,
+    accuracy: float | None = 1e-4,
     jacobian: bool = False,
     margin: bool = False,
     sections: int = 0,
@@ -200,19 +248,23 @@ def solve_many(
     `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number to
     array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P of the
     result. `loads` act in every pose. `jacobian`, `margin` and `sections` (points of the centreline) ask for more
-    than tip and actuators. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
+    than tip and actuators. Twice or four times as many modes are taken where the tips of some poses, among them the first, the last and
+    those with the least and the greatest inputs, are not within `accuracy` times the length otherwise; None leaves the modes as they
+    are, unknown errors included. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
 
-    Raises `CommandError` for poses that cannot be asked of this robot, before any is solved. A pose without
+    Warns with `AccuracyWarning` where that is not reached. Raises `CommandError` for poses that cannot be asked of this robot, before any is solved. A pose without
     equilibrium is no error: see `Solutions.code`.
     """
     drives = {"pull": pull, "rotate": rotate, "tension": tension, "torque": torque}
     poses = Poses(drives, tip_force, tip_moment)
+    loads = None if loads is None else list(loads)
+    settings, error = resolved(self, poses, loads, settings, accuracy)
     out = solve_slice(
         self, poses, 0, poses.count,
         loads=loads, settings=settings, jacobian=jacobian, margin=margin, sections=sections,
         threads=threads, progress=progress,
     )  # fmt: skip
-    return unpack(out, poses.shape, len(self.followers), jacobian, margin, sections)
+    return replace(unpack(out, poses.shape, len(self.followers), jacobian, margin, sections), error=error)
 
 
 def solve_slice(

@@ -53,6 +53,7 @@ def sweep(
     vary: Mapping[str, Range | Normal] | None = None,
     loads: Iterable[Load] | None = None,
     settings: Settings | None = None,
+    accuracy: float | None = 1e-4,
     samples: int | None = None,
     seed: int = 0,
     margin: bool = False,
@@ -65,7 +66,8 @@ def sweep(
 
     A number is fixed, a `Range` or `Normal` varies. `vary` holds numbers of the robot file by their keys, in their own
     units: ``{"tube2.notches.depth_mm": Range(1.9, 2.1, 5)}``. With `samples` that many points are taken instead of the grid.
-    `margin` and `limits` (what the teeth do) add columns. `output` ends in .csv, .npz or .parquet; columns carry their units.
+    Twice or four times as many modes are taken where eight rows, from the first to the last, need them for tips within `accuracy` times the
+    length, or an `AccuracyWarning` is given; None leaves the modes as they are. `margin` and `limits` (what the teeth do) add columns. `output` ends in .csv, .npz or .parquet; columns carry their units.
     Nothing that was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
 
     Raises `RobotError`, `CommandError` for a sweep that cannot be, `OSError` where an unfinished sweep is in the way.
@@ -109,7 +111,7 @@ def sweep(
         return _cppr.sweep(
             robot, output, axes, tuple(fixed.get(k) for k in ("pull", "rotate", "tension", "torque")),
             None if tip_force is None and tip_moment is None else (tip[0], tip[1]),
-            None if loads is None else list(loads), settings, samples, seed, margin, limits, resume,
+            None if loads is None else list(loads), settings, accuracy, samples, seed, margin, limits, resume,
             cores() if threads is None else threads, callback,
         )  # fmt: skip
     finally:

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 from . import _cppr
 from ._design import Settings
 from ._loads import Load
-from ._many import Floats, PerTube, Poses, Progress, solve_slice, unpack, watcher
+from ._many import Floats, PerTube, Poses, Progress, resolved, solve_slice, unpack, watcher
 
 _INPUTS = ("pull_m", "rotation_rad", "tension_N", "torque_Nm")
 _MANIFEST = "manifest.json"
@@ -48,6 +48,7 @@ def solve_many(
     tip_moment: ArrayLike | None = None,
     loads: Iterable[Load] | None = None,
     settings: Settings | None = None,
+    accuracy: float | None = 1e-4,
     margin: bool = False,
     chunk: int = 20_000,
     retries: int = 10,
@@ -65,6 +66,7 @@ def solve_many(
     loads = None if loads is None else list(loads)
     drives = {"pull": pull, "rotate": rotate, "tension": tension, "torque": torque}
     poses = Poses(drives, tip_force, tip_moment)
+    settings, _ = resolved(robot, poses, loads, settings, accuracy)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     _claim(folder, robot, poses, loads, settings, margin, chunk)

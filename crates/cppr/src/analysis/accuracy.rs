@@ -47,6 +47,17 @@ pub enum Against {
     HalfTheModes,
 }
 
+/// Settings that resolve some commands, see [`Solver::settings_for`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingsFound {
+    /// With as many modes as the most demanding command needs.
+    pub settings: Settings,
+    /// Greatest error of a tip (m) with as many; `None` where none is known.
+    pub error: Option<f64>,
+    /// Of how many commands it is known.
+    pub known: usize,
+}
+
 /// Greatest tip error that is accepted, as a part of the length.
 pub const ACCURACY: f64 = 1e-4;
 /// Factors on the resolution that are tried where that of the settings does not suffice.
@@ -121,6 +132,38 @@ impl Solver {
         found: Equilibrium,
         accuracy: f64,
     ) -> Result<(Equilibrium, Option<Accuracy>), CommandProblem> {
+        self.resolve_with(found, accuracy, &FACTORS)
+    }
+
+    /// Settings with as many modes as the most demanding of some commands needs, each solved from rest, and the greatest error that is left. The
+    /// solver's own settings stay. What cannot be asked or has no equilibrium is left out.
+    #[must_use]
+    pub fn settings_for(&mut self, commands: &[Command], accuracy: f64) -> SettingsFound {
+        let usual = self.settings;
+        let mut found = SettingsFound { settings: usual, error: None, known: 0 };
+        // Those that are left to try.
+        let mut factors = &FACTORS[..];
+        for command in commands {
+            let solved = self.solve(command).and_then(|own| self.resolve_with(own, accuracy, factors));
+            let Ok((own, Some(error))) = solved else { continue };
+            found.error = Some(found.error.unwrap_or(0.0).max(error.tip));
+            found.known += 1;
+            self.settings = *own.settings();
+            let factor = self.settings.resolution.nodes / usual.resolution.nodes;
+            factors =
+                &FACTORS[..FACTORS.iter().filter(|own| factor * **own <= FACTORS[FACTORS.len() - 1]).count()];
+        }
+        found.settings = std::mem::replace(&mut self.settings, usual);
+        found
+    }
+
+    /// The same with some factors on the modes of an equilibrium.
+    fn resolve_with(
+        &mut self,
+        found: Equilibrium,
+        accuracy: f64,
+        factors: &[usize],
+    ) -> Result<(Equilibrium, Option<Accuracy>), CommandProblem> {
         let settings = *found.settings();
         let command = found.command().clone();
         let bound = accuracy * self.robot.length();
@@ -134,16 +177,23 @@ impl Solver {
             return Ok(best);
         }
         let mut coarser = best.0.clone();
-        for factor in FACTORS {
+        for factor in factors {
             let sure = |own: Accuracy| own.confirms(best.0.status()) || bound.is_infinite();
             if best.1.is_some_and(|own| own.tip <= bound && sure(own)) {
                 break;
             }
             let before = self.settings;
-            self.settings = Settings { resolution: settings.resolution.refined(factor), ..settings };
+            self.settings = Settings { resolution: settings.resolution.refined(*factor), ..settings };
             let solved = self.solve(&command);
             self.settings = before;
-            let found = solved?;
+            let mut found = solved?;
+            if best.0.status() == Status::Converged && found.status() != Status::Converged {
+                // What was found at the end of a path is found there again.
+                let before = std::mem::replace(&mut self.settings, *found.settings());
+                let followed = self.follow(&command);
+                self.settings = before;
+                found = followed.map_or(found, |own| own.equilibrium);
+            }
             if !found.status().is_equilibrium() {
                 break;
             }

@@ -19,7 +19,8 @@ pub mod shape;
 pub mod stability;
 mod strains;
 
-pub use accuracy::{ACCURACY, Accuracy, Against};
+pub use accuracy::{ACCURACY, Accuracy, Against, SettingsFound};
+pub use aside::Followed;
 pub use bend::total_bend;
 pub use bundle::BundleAnalysis;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};

@@ -69,6 +69,13 @@ impl Settings {
         Self { resolution, ..self }
     }
 
+    /// Were numbers of modes chosen other than [`Resolution::SPATIAL`] and [`Resolution::PLANAR`]?
+    #[must_use]
+    pub fn modes_are_chosen(&self) -> bool {
+        let own = Resolution { stretch: 0, ..self.resolution };
+        own != Resolution::SPATIAL && own != Resolution::PLANAR
+    }
+
     /// Can a follower (0 is the first) be pulled at all? Not where it bends nothing and nothing stretches.
     #[must_use]
     pub fn can_slide(&self, robot: &Robot, follower: usize) -> bool {
