@@ -6,7 +6,7 @@
 #   ./release.sh sources sbom only these parts: sources, program, wheels, c, sbom
 #   PROCESSORS=x86_64 ./release.sh wheels   for these processors alone
 #
-# What this machine cannot build or run is listed in release/NOT-HERE.txt; .github/workflows/release.yml builds for Windows and macOS.
+# Those for another processor run under qemu where that and Debian's packages for it can be had. What this machine cannot build or run is listed in release/NOT-HERE.txt; .github/workflows/release.yml builds for Windows and macOS.
 set -eu
 cd "$(dirname "$0")"
 root=$PWD
@@ -83,6 +83,32 @@ runner() {
     esac
 }
 
+# root_of PROCESSOR: a folder with Debian's Python and C library for another processor, against which qemu runs what is linked. Nothing of the system
+# changes: lists and packages stay in that folder. False where it cannot be had.
+root_of() {
+    folder=$tools/$1
+    command -v "qemu-$1-static" >/dev/null && command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null || return 1
+    case $1 in
+    aarch64) debian=arm64 ;;
+    x86_64) debian=amd64 ;;
+    *) return 1 ;;
+    esac
+    if [ ! -e "$folder/made" ]; then
+        rm -rf "$folder"
+        mkdir -p "$folder/state/lists/partial" "$folder/cache/archives/partial" "$folder/root"
+        : >"$folder/state/status"
+        for step in update "install --download-only --no-install-recommends python3 libstdc++6"; do
+            # shellcheck disable=SC2086
+            apt-get -y -q -o APT::Architecture=$debian -o APT::Architectures=$debian -o Dir::State="$folder/state" -o Dir::State::status="$folder/state/status" \
+                -o Dir::Cache="$folder/cache" -o APT::Sandbox::User=root -o Debug::NoLocking=1 $step >"$folder/apt.log" 2>&1 || return 1
+        done
+        for package in "$folder"/cache/archives/*.deb; do dpkg-deb -x "$package" "$folder/root"; done
+        rm -rf "$folder/cache"
+        touch "$folder/made"
+    fi
+    echo "$folder/root"
+}
+
 # old_processor PROCESSOR COMMAND...: where AVX2 is missing, it should say so.
 old_processor() {
     [ "$1" = x86_64 ] || return 0
@@ -136,27 +162,59 @@ program() {
     done
 }
 
+first_in_python="
+import cppr
+eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
+assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
+print(eq)"
+
+# wheel_elsewhere PROCESSOR: installs and runs the wheel for another processor; false where nothing here runs it.
+wheel_elsewhere() {
+    other=$(root_of "$1") || return 1
+    python=$(ls "$other"/usr/bin/python3.*[0-9] | head -1)
+    place=$(mktemp -d)
+    "$tools/bin/pip" install --quiet --disable-pip-version-check --target "$place/site" --only-binary=:all: --python-version "${python##*/python}" \
+        --platform "manylinux_2_28_$1" --platform "manylinux_2_27_$1" --platform "manylinux2014_$1" "$out"/cppr-*"$1".whl
+    cp robots/r3.toml "$place/"
+    (cd "$place" && env -i "qemu-$1-static" -L "$other" -E PYTHONHOME="$other/usr" -E PYTHONPATH="$place/site" "$python" -c "$first_in_python") ||
+        fail "the wheel for $1 does not solve the first example"
+    rm -r "$place"
+}
+
 wheels() {
     # glibc 2.17 and newer, Python 3.10 and newer, by one wheel for each processor.
     for processor in $processors; do
         triple=$processor-unknown-linux-gnu
         make "the wheel" "$triple" maturin build --locked --release --zig --compatibility manylinux2014 --target "$triple" --out "$out" || continue
         if [ "$processor" != "$(uname -m)" ]; then
-            leave_out "not run: the wheel for $triple"
+            wheel_elsewhere "$processor" || leave_out "not run: the wheel for $triple (needs qemu-$processor-static, and Debian's Python for it)"
             continue
         fi
         place=$(mktemp -d)
         python3 -m venv "$place/venv"
         "$place/venv/bin/pip" install --quiet --disable-pip-version-check "$out"/cppr-*"$processor".whl
         cp robots/r3.toml "$place/"
-        (cd "$place" && env -i ./venv/bin/python -c "
-import cppr
-eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
-assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
-print(eq)") || fail "the wheel for $triple does not solve the first example"
+        (cd "$place" && env -i ./venv/bin/python -c "$first_in_python") || fail "the wheel for $triple does not solve the first example"
         old_processor "$processor" "$(readlink -f "$(command -v python3)")" -c "import sys; sys.path[:0] = ['$(echo "$place"/venv/lib/*/site-packages)']; import cppr"
         rm -r "$place"
     done
+}
+
+# c_elsewhere PROCESSOR: compiles the first example against both libraries for another processor and runs it; false where nothing here runs it.
+c_elsewhere() {
+    other=$(root_of "$1") || return 1
+    place=$(mktemp -d)
+    tar -C "$place" -xzf "$out/cppr-c-$version-$1-linux-gnu.tar.gz"
+    (
+        cd "$place"/*
+        cc="python3 -m ziglang cc -target $1-linux-gnu.2.17 -std=c99 -Iinclude examples/first.c"
+        $cc -o shared -Llib -lcppr
+        $cc -o static lib/libcppr.a -lunwind -lpthread -ldl -lm
+        for program in shared static; do
+            env -i "qemu-$1-static" -L "$other" -E LD_LIBRARY_PATH="$PWD/lib" ./$program examples/r3.toml | grep "134.383" || exit 1
+        done
+    ) || fail "the C library for $1 does not solve the first example"
+    rm -r "$place"
 }
 
 c() {
@@ -178,7 +236,7 @@ c() {
         tar -C "$place" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
         rm -r "$place"
         if [ "$processor" != "$(uname -m)" ]; then
-            leave_out "not run: the C library for $triple"
+            c_elsewhere "$processor" || leave_out "not run: the C library for $triple (needs qemu-$processor-static, and Debian's C library for it)"
             continue
         fi
         # Unpacked elsewhere, found by CMake, its first example compiled and run.
