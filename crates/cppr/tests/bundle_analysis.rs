@@ -9,7 +9,7 @@ use common::bundle_cases::{cases, command, design};
 use common::{prototype, stiff_tube};
 use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target};
-use cppr::analysis::{BundleAnalysis, Limit, SafeRange, Teeth};
+use cppr::analysis::{BundleAnalysis, Limit, MovedBundle, SafeRange, Settled, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
 use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::{BelowPlate, Robot, TubeDesign};
@@ -222,4 +222,46 @@ fn inverse_problems_find_what_was_put_in() {
     let sensed = analysis.sense(&known, &measured, false).unwrap();
     assert!((sensed.force - force).norm() < 1e-5 * force.norm(), "{} for {force}", sensed.force);
     assert!(sensed.misses.iter().all(|miss| *miss < 1e-3));
+}
+
+/// Two uniform tubes bend by the pull over the sum of their centroid offsets, whatever their stiffness: so does the slope by an offset follow from that
+/// by the pull.
+#[test]
+fn slopes_by_a_parameter_settle_on_those_in_closed_form() {
+    let design = |offset: f64| {
+        let tube = |offset: f64, direction: f64| TubeParts {
+            parts: vec![Part {
+                length: 0.1,
+                body: cppr::design::StiffnessTube::uniform(offset, direction, [2e-2, 1e-2], 8e-3).into(),
+                rest_curvature: 0.0,
+                rest_direction: 0.0,
+            }],
+            shaft: None,
+        };
+        BundleDesign {
+            name: "uniform".into(),
+            tubes: vec![tube(2e-3, 0.0), tube(offset, std::f64::consts::PI)],
+            joints: vec![vec![(0, 0.1), (1, 0.1)]],
+        }
+    };
+    let (offset, pull) = (1e-3, 5e-3);
+    let own = design(offset);
+    let bundle = Bundle::new(&own).unwrap();
+    let mut analysis = BundleAnalysis::new(BundleSolver::new(&bundle), &own);
+    let mut command = analysis.solver.held();
+    command.drives[1].translation = Drive::Motion(pull);
+    let found = analysis.solver.solve(&command);
+    let moved = MovedBundle::new(4e-3 * offset, |by| Bundle::new(&design(offset + by)).ok()).unwrap();
+    let tip =
+        |_: &BundleSolver, found: &cppr::bundle::solve::BundleEquilibrium| found.tip.as_slice().to_vec();
+    let Settled { slopes, changes } = analysis.parameter_sensitivity(&found, &moved, tip).unwrap();
+    let jacobian = analysis.solver.tip_jacobian(&found).unwrap();
+    for row in 0..3 {
+        let want = -pull / (2e-3 + offset) * jacobian[(row, 2)];
+        assert!((slopes[row] - want).abs() < 1e-5, "{row}: {} {want}", slopes[row]);
+        assert!(changes[row] < 1e-3, "{changes:?}");
+    }
+    assert!(slopes[0].abs() > 1.0 && slopes[1].abs() > 1.0);
+    // A bundle that cannot be is no neighbour.
+    assert!(MovedBundle::new(2.0 * offset, |by| Bundle::new(&design(offset + by)).ok()).is_none());
 }

@@ -9,6 +9,8 @@
 //! D is the distance between the centroid lines of follower and leader. These are sizes, not predictions.
 
 use super::pulls::contradicting_pulls;
+use crate::bundle::Bundle;
+use crate::bundle::solve::BundleCommand;
 use crate::design::Robot;
 use crate::solve::{Command, Freedom, Input, Quantity, Status};
 use crate::statics::{Loads, Station};
@@ -64,6 +66,47 @@ impl Demand {
 /// Parts of the length at which levers are looked for, one after the other.
 const LEVERS: [f64; 5] = [0.5, 0.3, 0.7, 0.1, 0.9];
 
+/// The part that asks most so far.
+#[derive(Default)]
+struct Greatest(Option<Demand>);
+
+impl Greatest {
+    /// Measures an amount by the angle that it bends or turns per unit.
+    fn ask(&mut self, asked: Asked, amount: f64, per_unit: f64) {
+        let angle = amount.abs() * per_unit;
+        if angle > self.0.map_or(0.0, |g| g.angle) {
+            let right_angle = FRAC_PI_2 / per_unit;
+            self.0 = Some(Demand { asked, amount: amount.abs(), angle, right_angle });
+        }
+    }
+
+    /// Measures loads on a robot of a length (m), with EI (N m²) and mass per length (kg/m) of all tubes together.
+    fn ask_loads(&mut self, loads: &Loads, length: f64, bending: f64, mass: f64) {
+        let Loads { wrenches, distributed, gravity, threads } = loads;
+        for wrench in wrenches {
+            let (force, moment, at) = match wrench.station {
+                Station::Tip => (Asked::TipForce, Asked::TipMoment, length),
+                Station::Label(at) => (Asked::Force(at), Asked::Moment(at), at),
+            };
+            self.ask(force, length_of(&wrench.force), (0.5 * at + wrench.point.norm()) * at / bending);
+            self.ask(moment, length_of(&wrench.moment), at / bending);
+        }
+        for d in distributed {
+            self.ask(
+                Asked::Distributed(d.from, d.to),
+                length_of(&d.force),
+                (d.to.powi(3) - d.from.powi(3)) / (6.0 * bending),
+            );
+        }
+        if let Some(gravity) = gravity {
+            self.ask(Asked::Gravity, length_of(gravity), mass * length.powi(3) / (6.0 * bending));
+        }
+        for thread in threads {
+            self.ask(Asked::Thread, thread.tension, (0.5 * length + thread.point.norm()) * length / bending);
+        }
+    }
+}
+
 /// The part of a command that asks most of a robot; `None` where nothing is asked.
 #[must_use]
 pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
@@ -79,14 +122,7 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     let bending: f64 = middle.iter().map(|f| f.bending_z).sum();
     let torsion: f64 = middle.iter().map(|f| f.torsion).sum();
     let mass: f64 = middle.iter().map(|f| f.mass_per_length).sum();
-    let mut greatest: Option<Demand> = None;
-    let mut ask = |asked: Asked, amount: f64, per_unit: f64| {
-        let angle = amount.abs() * per_unit;
-        if angle > greatest.map_or(0.0, |g| g.angle) {
-            let right_angle = FRAC_PI_2 / per_unit;
-            greatest = Some(Demand { asked, amount: amount.abs(), angle, right_angle });
-        }
-    };
+    let mut greatest = Greatest::default();
     for (input, value) in command.inputs() {
         // A tube that the robot has not is refused elsewhere.
         if middle.get(input.tube - 1).is_none() {
@@ -101,37 +137,35 @@ pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
             (Freedom::Rotation, true) => 1.0,
             (Freedom::Rotation, false) => length / torsion,
         };
-        ask(Asked::Actuator(input), value, per_unit);
+        greatest.ask(Asked::Actuator(input), value, per_unit);
     }
-    let Loads { wrenches, distributed, gravity, threads } = &command.loads;
-    for wrench in wrenches {
-        let (force, moment, at) = match wrench.station {
-            Station::Tip => (Asked::TipForce, Asked::TipMoment, length),
-            Station::Label(at) => (Asked::Force(at), Asked::Moment(at), at),
-        };
-        ask(force, length_of(&wrench.force), (0.5 * at + wrench.point.norm()) * at / bending);
-        ask(moment, length_of(&wrench.moment), at / bending);
-    }
-    for d in distributed {
-        ask(
-            Asked::Distributed(d.from, d.to),
-            length_of(&d.force),
-            (d.to.powi(3) - d.from.powi(3)) / (6.0 * bending),
-        );
-    }
-    if let Some(gravity) = gravity {
-        ask(Asked::Gravity, length_of(gravity), mass * length.powi(3) / (6.0 * bending));
-    }
-    for thread in threads {
-        ask(Asked::Thread, thread.tension, (0.5 * length + thread.point.norm()) * length / bending);
-    }
-    greatest
+    greatest.ask_loads(&command.loads, length, bending, mass);
+    greatest.0
 }
 
 /// The part of a command that asks most of a robot, where that is more than can be meant.
 #[must_use]
 pub fn absurd_demand(robot: &Robot, command: &Command) -> Option<Demand> {
     greatest_demand(robot, command).filter(Demand::is_absurd)
+}
+
+/// The same for a bundle. Pulls and gravity are not measured: a tube may be inserted as far as it is long.
+#[must_use]
+pub fn absurd_bundle_demand(bundle: &Bundle, command: &BundleCommand) -> Option<Demand> {
+    let (length, [bending, torsion, lever]) = (bundle.length(), bundle.stiffness());
+    let mut greatest = Greatest::default();
+    for (tube, drive) in (1..).zip(&command.drives) {
+        let sizes = [
+            (Quantity::ROTATION, drive.rotation.motion(), 1.0),
+            (Quantity::TENSION, drive.translation.effort(), lever * length / bending),
+            (Quantity::TORQUE, drive.rotation.effort(), length / torsion),
+        ];
+        for (quantity, value, per_unit) in sizes {
+            greatest.ask(Asked::Actuator(quantity.of_tube(tube)), value.unwrap_or(0.0), per_unit);
+        }
+    }
+    greatest.ask_loads(&command.loads, length, bending, 0.0);
+    greatest.0.filter(Demand::is_absurd)
 }
 
 /// How a solve ended, in a sentence; where its command asks for what cannot be meant, or for pulls that contradict one another, with that.

@@ -15,6 +15,7 @@ mod pulls;
 pub mod range;
 mod report;
 pub mod sensitivity;
+mod settled;
 pub mod shape;
 pub mod stability;
 mod strains;
@@ -24,7 +25,7 @@ pub use aside::Followed;
 pub use bend::total_bend;
 pub use bundle::BundleAnalysis;
 pub use capacity::{NotchCapacity, euler_load, notch_capacities};
-pub use demand::{Asked, Demand, absurd_demand, explained, greatest_demand};
+pub use demand::{Asked, Demand, absurd_bundle_demand, absurd_demand, explained, greatest_demand};
 pub use integrated::Integrated;
 pub use limits::{
     Governing, Limit, Place, SectionLimit, Spot, Teeth, Utilisation, first_greatest, governing,
@@ -32,5 +33,6 @@ pub use limits::{
 pub use pulls::contradicting_pulls;
 pub use range::{Bound, RangeEnd, RangeProblem, SafeRange};
 pub use sensitivity::{NoDerivatives, Perturbed, Sensitivity};
+pub use settled::{MovedBundle, Settled};
 pub use shape::{Section, Shape, TubeSection};
 pub use stability::Stability;

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 /// One part of a tube, from base to tip.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Part {
     /// Length along the axis (m).
     pub length: f64,
@@ -27,6 +28,7 @@ pub struct Part {
 /// A tube made of parts. Below the plate its first part goes on with what it has at its base; a first part without length is
 /// what lies below the plate alone.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TubeParts {
     /// From base to tip.
     pub parts: Vec<Part>,
@@ -62,6 +64,7 @@ impl TubeParts {
 
 /// A bundle as designed: plain data, unchecked. [`Bundle::new`] checks it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BundleDesign {
     /// Name, for people.
     pub name: String,

@@ -8,6 +8,7 @@ const LONGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// What the motors of one tube do.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TubeDrive {
     /// Travel of the motor (m), pull positive: the label that stands at the plate, were the shaft rigid; or the force (N) with which
     /// it pulls.
@@ -23,6 +24,7 @@ impl TubeDrive {
 
 /// Motors and loads of a bundle.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BundleCommand {
     /// One per tube.
     pub drives: Vec<TubeDrive>,

@@ -22,6 +22,7 @@ pub fn load_behind_plate(command: &BundleCommand, found: &BundleEquilibrium) -> 
 
 /// Motion and effort of one tube's motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TubeEffort {
     /// Label at the plate (m).
     pub label: f64,
@@ -35,6 +36,7 @@ pub struct TubeEffort {
 
 /// What came out of a solve.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BundleEquilibrium {
     /// Was an equilibrium found?
     pub converged: bool,

@@ -10,6 +10,7 @@ use crate::solve::Drive;
 
 /// Values of the unknowns by what they are.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Unknowns {
     pub tubes: Vec<[f64; 4]>,
     pub force: [f64; 3],

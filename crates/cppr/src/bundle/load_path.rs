@@ -15,6 +15,7 @@ const TURNING: f64 = 0.8;
 
 /// Where a path from a neighbour to a command ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct PathEnd {
     /// Share of the way on which equilibria as stable as the first were found.
     pub share: f64,

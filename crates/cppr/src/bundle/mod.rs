@@ -9,6 +9,7 @@
 //! Under `solve` in this crate stands the faster solver for tubes of one length that are joined at the tip.
 
 mod build;
+mod check;
 mod chord;
 mod command;
 mod contact;
@@ -39,6 +40,7 @@ mod walk;
 
 use crate::solve::Drive;
 pub use build::{BundleDesign, Part, TubeParts};
+pub use check::BundleProblem;
 pub use contact::{Contact, ContactPoint, PairContact, PointContact};
 use curve::Piece;
 pub use curve::Values;
@@ -52,6 +54,7 @@ use std::sync::Arc;
 
 /// What lies between the motor of a tube and the plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shaft {
     /// Axial stiffness (N/m).
     pub axial: f64,

@@ -22,6 +22,7 @@ use crate::analysis::continuation::{
 use crate::solve::{Drive, Freedom, Input};
 use crate::statics::Loads;
 use nalgebra::{DMatrix, DVector};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Commands of a bundle between a first and a last one; a fraction λ of the way lies between them.
 #[derive(Clone, Debug, PartialEq)]
@@ -333,6 +334,7 @@ struct Tracer<'a, 'b> {
     family: &'a BundleFamily,
     tracing: &'a Tracing,
     left: usize,
+    stop: &'a AtomicBool,
 }
 
 impl BundleSolver<'_> {
@@ -349,7 +351,18 @@ impl BundleSolver<'_> {
         tracing: &Tracing,
         start: &BundleEquilibrium,
     ) -> Vec<Branch<BundleEquilibrium>> {
-        let mut tracer = Tracer { solver: self, family, tracing, left: tracing.steps };
+        self.trace_until(family, tracing, start, &AtomicBool::new(false))
+    }
+
+    /// The same; soon after the flag is set it returns what was found, and the branch that was followed then ends with [`End::Stopped`].
+    pub fn trace_until(
+        &mut self,
+        family: &BundleFamily,
+        tracing: &Tracing,
+        start: &BundleEquilibrium,
+        stop: &AtomicBool,
+    ) -> Vec<Branch<BundleEquilibrium>> {
+        let mut tracer = Tracer { solver: self, family, tracing, left: tracing.steps, stop };
         let Some(first) = tracer.begin(start) else {
             return vec![Branch { points: Vec::new(), end: End::NoStart(start.status()), origin: None }];
         };
@@ -362,7 +375,7 @@ impl BundleSolver<'_> {
         while next < crossings.len() {
             let Crossing { branch, point, depth, node, directions } = crossings[next].clone();
             next += 1;
-            if depth >= tracing.depth {
+            if depth >= tracing.depth || stop.load(Ordering::Relaxed) {
                 continue;
             }
             for (mode, direction) in directions.iter().enumerate() {
@@ -540,6 +553,9 @@ impl Tracer<'_, '_> {
         loop {
             if points.len() >= self.tracing.points || self.left == 0 {
                 return End::Points;
+            }
+            if self.stop.load(Ordering::Relaxed) {
+                return End::Stopped;
             }
             self.left -= 1;
             let Some((next, turns, ended)) = self.next(&here, step) else {

@@ -24,6 +24,7 @@ pub(crate) enum Stop {
 
 /// How centroid lines lengthen.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Lengthening {
     /// By their tension everywhere?
     pub stretch: bool,

@@ -88,6 +88,12 @@ impl<'a> BundleSolver<'a> {
         Self { stretch, tolerance: self.tolerance, ..Self::new(self.bundle) }
     }
 
+    /// One of another bundle, with the same settings.
+    #[must_use]
+    pub fn of_another<'b>(&self, bundle: &'b Bundle) -> BundleSolver<'b> {
+        BundleSolver::new(bundle).with_tolerance(self.tolerance).with_stretch(self.stretch)
+    }
+
     /// What it solves.
     #[must_use]
     pub fn bundle(&self) -> &'a Bundle {

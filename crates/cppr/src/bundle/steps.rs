@@ -15,12 +15,15 @@ use nalgebra::DMatrix;
 
 /// The state vector at the end of a step; without values where none is kept.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Node {
     /// How many tubes it holds.
     tubes: usize,
     values: Vec<f64>,
     /// Slopes of every value, one row each, by the coordinates of a stage.
+    #[cfg_attr(feature = "serde", serde(skip))]
     slopes: Vec<f64>,
+    #[cfg_attr(feature = "serde", serde(skip))]
     stage: usize,
     /// Estimated error of the step before as a part of what is allowed.
     error: f64,
@@ -28,6 +31,7 @@ struct Node {
 
 /// Steps of one span.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct SpanSteps {
     /// Tube and number of its stop at which the span ends.
     key: (usize, usize),
@@ -41,13 +45,15 @@ struct SpanSteps {
 
 /// The steps of an integration.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Steps {
     spans: Vec<SpanSteps>,
     /// May steps be cut whose error is too large?
     pub adapt: bool,
     /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
     pub defect: f64,
-    /// Conditions and coordinates of the integration.
+    /// Conditions and coordinates of the integration; every one begins with its own.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub coordinates: Coordinates,
 }
 

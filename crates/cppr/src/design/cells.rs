@@ -10,6 +10,7 @@ use std::fmt;
 
 /// What the teeth between the notches do to the stiffness of a tube.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TeethStiffness {
     /// Teeth as soft as notches: the section at the notch all along. What the paper computes.
     #[default]
@@ -22,6 +23,7 @@ pub enum TeethStiffness {
 
 /// How a notch is cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Cut {
     /// Along a plane normal to Y: saws, printers, wires.
     #[default]
@@ -32,6 +34,7 @@ pub enum Cut {
 
 /// Stiffness of a cell, relative to the section at the notch cut by a plane, and the strain at its fillets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellFactors {
     /// Centroid offset of the cell over that of the section (-).
     pub centroid_offset: f64,
@@ -77,6 +80,7 @@ impl PeakStrain {
 
 /// Factors at Chebyshev points of the second kind of the depth, between which they are interpolated.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellRange {
     /// Depth (m), falling, and factors; a single one holds for its depth alone.
     pub nodes: Vec<(f64, CellFactors)>,
@@ -84,6 +88,7 @@ pub struct CellRange {
 
 /// Factors over depth for one tube: all else that they depend on is fixed here, and compared with the tube that uses them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellTable {
     /// The uncut section.
     pub outline: Outline,

@@ -21,6 +21,7 @@ use std::num::NonZeroUsize;
 
 /// Stress beyond the proportional range.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Branch {
     /// Strain, positive, from which on it holds (-).
     pub onset: f64,
@@ -30,6 +31,7 @@ pub struct Branch {
 
 /// How a material softens.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Softening {
     /// Under tension.
     pub tension: Branch,

@@ -8,11 +8,13 @@ use std::fmt;
 
 /// A value along the rest abscissa.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Profile {
     shape: Shape,
 }
 
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Shape {
     Constant(f64),
     Linear { base: f64, tip: f64 },
@@ -21,6 +23,7 @@ enum Shape {
 
 /// Cubic cells between points, straight lines beyond them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Cubic {
     points: Vec<f64>,
     /// Taylor coefficients of every cell about its left point: value, slope, half curvature, sixth of jerk.

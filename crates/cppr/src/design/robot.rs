@@ -23,6 +23,7 @@ const NEAR_OPENING: f64 = 0.1;
 
 /// A robot as designed: plain data, unchecked. [`Robot::from_design`] checks it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotDesign {
     /// Name, for people.
     pub name: String,

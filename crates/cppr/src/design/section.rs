@@ -30,6 +30,7 @@ static DISK_RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
 
 /// Shape of the uncut section.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outline {
     /// Round tube; an inner radius of zero is a solid rod.
     Round {

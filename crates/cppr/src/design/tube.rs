@@ -7,6 +7,7 @@ use super::{Outline, Profile, Softening, TeethStiffness};
 
 /// Isotropic material of a tube.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
     /// Young's modulus E (Pa).
     pub youngs_modulus: f64,
@@ -36,6 +37,7 @@ impl Material {
 
 /// How the torsional stiffness GJ of a notched tube, about the tube's centre, is found.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Torsion {
     /// G times the Saint-Venant constant of the open section: the default.
     SaintVenant,
@@ -47,6 +49,7 @@ pub enum Torsion {
 
 /// What of a follower enters the robot when it is pushed: its part at x < 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BelowPlate {
     /// The uncut tube: full outline, centroid on the axis.
     Plain,
@@ -56,6 +59,7 @@ pub enum BelowPlate {
 
 /// A row of equal notches from the baseplate on, with half a tooth before the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NotchPattern {
     /// Length of a notch along the tube (m).
     pub length: f64,
@@ -81,6 +85,7 @@ impl NotchPattern {
 
 /// A tube cut by notches: its stiffness follows from its geometry.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NotchedTube {
     /// Shape of the uncut section.
     pub outline: Outline,
@@ -106,6 +111,7 @@ pub struct NotchedTube {
 
 /// A tube whose stiffness is given directly.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StiffnessTube {
     /// Centroid offset D(x) ≥ 0 (m).
     pub centroid_offset: Profile,
@@ -128,6 +134,7 @@ pub struct StiffnessTube {
 /// A tube as designed.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TubeDesign {
     /// Stiffness from geometry.
     Notched(NotchedTube),

@@ -122,7 +122,7 @@ pub enum End {
         /// Tube number.
         tube: usize,
     },
-    /// [`Solver::stop_by`].
+    /// [`Solver::stop_by`], or the flag of [`BundleSolver::trace_until`](crate::bundle::solve::BundleSolver::trace_until).
     Stopped,
     /// There is no equilibrium at the first command, or it is singular.
     NoStart(Status),
