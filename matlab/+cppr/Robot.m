@@ -1,7 +1,7 @@
 classdef Robot < handle
 %CPPR.ROBOT  A concentric push-pull robot: nested, notched tubes, joined at the tip, that bend when one is pushed or pulled in another.
 %
-%   robot = cppr.Robot('robots/r3.toml')       from a robot file
+%   robot = cppr.Robot('robots/r3.toml')       from a robot file, of parts and joints too
 %   robot = cppr.Robot.fromText(text)          from the text of one
 %
 %   eq   = robot.solve('pull', 5e-3)           the equilibrium under a command
@@ -12,8 +12,8 @@ classdef Robot < handle
 %   shape = robot.shape(x)                     fields along the robot
 %
 %   Plain SI throughout: m, rad, N, N m. The base frame has its origin at the centre of the baseplate, X along the robot at rest. Tubes are
-%   numbered from 1 as in the robot file; a number alone belongs to the first tube with an actuator (tube 2, the first follower), and
-%   {2, a, 3, b} names tubes. What is not prescribed is held.
+%   numbered from 1 as in the robot file; a number alone belongs to tube 2, the first follower, and {2, a, 3, b} names tubes. What is not
+%   prescribed is held. In a robot of parts and joints tube 1 can be driven too.
 %
 %   Errors: cppr:robot (the file), cppr:command (what cannot be asked), cppr:noEquilibrium, cppr:argument. Warning: cppr:unit.
 %
@@ -21,10 +21,11 @@ classdef Robot < handle
 
     properties (SetAccess = private)
         name = '';       % Name of the robot.
-        length = NaN;    % Rest length (m).
+        length = NaN;    % Rest length, of parts and joints that of the longest tube (m).
         tubes = 0;       % Number of tubes.
         actuated = [];   % Numbers of the tubes that have actuators.
         isPlanar = false; % True where all centroid lines at rest lie in the X-Y plane.
+        hasParts = false; % True for a robot of parts and joints.
     end
 
     properties (Access = private)
@@ -52,6 +53,7 @@ classdef Robot < handle
             robot.tubes = numel(info.actuated);
             robot.actuated = find(info.actuated);
             robot.isPlanar = info.planar ~= 0;
+            robot.hasParts = info.parts ~= 0;
             for tube = robot.actuated
                 robot.inputs = [robot.inputs, {sprintf('pull %d', tube), sprintf('rotate %d', tube)}];
                 robot.places = [robot.places, 2 * tube - 1, 2 * tube];
@@ -97,7 +99,9 @@ classdef Robot < handle
         %     elastic_energy (J), total_bend (rad), margin (1 at rest, 0 where it snaps), iterations, residual
         %     error: what the modes leave out of the tip (m), and of any force (N) and torque (N m); NaN where it is not known. Where the tip's is
         %     above 1e-4 of the length the warning cppr:error says so
-        %     shape: see help cppr.Robot.shape
+        %     length of the centreline (m), shape: see help cppr.Robot.shape
+        %   A robot of parts and joints has no modes: elastic_energy, margin and residual are NaN, error is that of its integration, and of the options it
+        %   takes 'stretch' alone.
         %   Derivatives are NaN at a fold. Without an equilibrium the error cppr:noEquilibrium says why.
             [asked, options] = robot.read(varargin, {'warm', 'sections', 'margin', 'error'});
             options = cppr.Robot.defaults(options, struct('warm', false, 'sections', 51, 'margin', true, 'error', []));
@@ -139,13 +143,18 @@ classdef Robot < handle
             if options.error
                 eq.error = get(n.value_error);
                 if eq.error(1) > 1e-4 * robot.length
-                    warning('cppr:error', 'the tip is known to within %.2g mm only; try ''refine'', 2', 1e3 * eq.error(1));
+                    advice = '; try ''refine'', 2';
+                    if robot.hasParts
+                        advice = '';
+                    end
+                    warning('cppr:error', 'the tip is known to within %.2g mm only%s', 1e3 * eq.error(1), advice);
                 end
             end
             eq.iterations = get(n.value_iterations);
             eq.residual = get(n.value_residual);
+            eq.length = get(n.value_length);
             if options.sections > 0
-                eq.shape = robot.shape(linspace(0, robot.length, options.sections));
+                eq.shape = robot.shape(linspace(0, eq.length, options.sections));
             end
         end
 
@@ -160,19 +169,28 @@ classdef Robot < handle
         function shape = shape(robot, x)
         %SHAPE  Fields along the robot at its last equilibrium, at labels x from 0 to its length (m).
         %
+        %   Labels are rest abscissae of tube 1, in a robot of parts and joints lengths of the centreline, from 0 to eq.length. Such a robot has x, centre,
+        %   rotation, centroid and abscissa (n x tubes, m) alone, NaN beyond the ends of a tube.
+        %
         %   x (n x 1), centre (n x 3, m), rotation (3 x 3 x n), curvature of the leader (n x 3, 1/m), and for every tube, n x 3 x tubes:
         %   centroid (m), moment (torque and the two bending moments, N m), force (axial and the two shear forces, N)
-            if nargin < 2
-                x = linspace(0, robot.length, 101);
-            end
             n = robot.number;
+            if nargin < 2
+                x = linspace(0, cppr_mex('get', robot.id, n.value_length), 101);
+            end
             x = double(x(:)');
             field = @(which) cppr_mex('field', robot.id, which, x);
             shape.x = x';
             shape.centre = field(n.field_centre)';
             shape.rotation = permute(reshape(field(n.field_rotation), 3, 3, []), [2 1 3]);
-            shape.curvature = field(n.field_curvature)';
-            for what = {'centroid', 'moment', 'force'}
+            names = {'centroid'};
+            if robot.hasParts
+                shape.abscissa = field(n.field_abscissa)';
+            else
+                shape.curvature = field(n.field_curvature)';
+                names = {'centroid', 'moment', 'force'};
+            end
+            for what = names
                 shape.(what{1}) = permute(reshape(field(n.(['field_' what{1}])), 3, robot.tubes, []), [3 1 2]);
             end
         end
@@ -306,7 +324,7 @@ classdef Robot < handle
                             if isempty(robot.actuated)
                                 error('cppr:command', '%s: this robot has only its leader, nothing to actuate', what);
                             end
-                            value = {robot.actuated(1), value};
+                            value = {robot.actuated(min(1 + robot.hasParts, numel(robot.actuated))), value};
                         end
                         if mod(numel(value), 2) ~= 0
                             error('cppr:argument', '%s takes a number, or {tube, number, tube, number, ...}', what);

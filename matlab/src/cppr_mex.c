@@ -137,9 +137,11 @@ static mxArray *all_numbers(void) {
         {"value_compliance", CPPR_VALUE_COMPLIANCE},
         {"value_response_by_wrench", CPPR_VALUE_RESPONSE_BY_WRENCH},
         {"value_error", CPPR_VALUE_ERROR},
+        {"value_length", CPPR_VALUE_LENGTH},
         {"field_centre", CPPR_FIELD_CENTRE},
         {"field_rotation", CPPR_FIELD_ROTATION},
         {"field_curvature", CPPR_FIELD_CURVATURE},
+        {"field_abscissa", CPPR_FIELD_ABSCISSA},
         {"field_centroid", CPPR_FIELD_CENTROID},
         {"field_moment", CPPR_FIELD_MOMENT},
         {"field_force", CPPR_FIELD_FORCE},
@@ -204,6 +206,7 @@ static mxArray *info(const cppr_robot *robot) {
     mxSetField(all, 0, "name", utf8(cppr_robot_name(robot)));
     name_number(all, "length", cppr_robot_length(robot));
     name_number(all, "planar", cppr_robot_is_planar(robot));
+    name_number(all, "parts", cppr_robot_has_parts(robot));
     mxAddField(all, "actuated");
     mxSetField(all, 0, "actuated", actuated);
     return all;

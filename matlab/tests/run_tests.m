@@ -121,13 +121,45 @@ near(sweep.pull(3, :), [1.5e-3 -5e-4], 1e-12, 'third point of a sweep');
 far = r1.solveMany('pull', [1e-3; 0.149]);
 expect(far.status(2) == 2 && all(isnan(far.tip_position(2, :))) && far.stable(1) && ~far.stable(2), 'a pose that is none');
 
+% A robot of parts and joints, against the program.
+parts = cppr.Robot(fullfile(robots, 'bundles', 'two_sections.toml'));
+expect(parts.hasParts && ~robot.hasParts && isequal(parts.actuated, 1:4), 'a robot of parts');
+folder = tempname();
+mkdir(folder);
+json = fullfile(folder, 'r.json');
+asked = ' --pull 2=3mm --pull 4=2mm --rotate 4=20deg --tip-force 0,0,0.02N --json ';
+[failed, text] = system(['"' program '" solve ' fullfile(robots, 'bundles', 'two_sections.toml') asked '"' json '"']);
+expect(~failed, text);
+result = jsondecode(fileread(json));
+delete(json);
+rmdir(folder);
+eq = parts.solve('pull', {2, 3e-3, 4, 2e-3}, 'rotate', {4, pi / 9}, 'tip_force', [0 0 0.02]);
+expect(eq.stable && strcmp(eq.status, 'converged') && isequal(eq.tubes, 1:4), 'status of a robot of parts');
+near(eq.tip_position, result.tip_position_m, 1e-12, 'tip of the program');
+near(eq.tension, [result.actuators.tension_N], 1e-9, 'tensions of the program');
+near(eq.torque, [result.actuators.torque_Nm], 1e-11, 'torques of the program');
+expect(isequal(eq.inputs(1:3), {'pull 1', 'rotate 1', 'pull 2'}) && isequal(size(eq.jacobian), [6 8]), 'inputs of a robot of parts');
+tip = @(p) getfield(parts.solve('pull', {2, 3e-3, 4, 2e-3 + p}, 'rotate', {4, pi / 9}, 'tip_force', [0 0 0.02], 'sections', 0), 'tip_position');
+near(eq.jacobian(1:3, 7), (tip(1e-5) - tip(-1e-5)) / 2e-5, 1e-3, 'Jacobian of a robot of parts');
+expect(max(abs(eq.jacobian(1:3, 7))) > 1, 'Jacobian of a robot of parts');
+eq = parts.solve('pull', {2, 3e-3, 4, 2e-3}, 'rotate', {4, pi / 9}, 'tip_force', [0 0 0.02], 'warm', true);
+near(eq.tip_position, result.tip_position_m, 1e-9, 'warm start of a robot of parts');
+near(eq.shape.centre(end, :)', eq.tip_position, 1e-9, 'end of the shape of a robot of parts');
+expect(isnan(eq.margin) && isnan(eq.shape.abscissa(end, 1)) && abs(eq.shape.abscissa(1, 2) - 3e-3) < 1e-12, 'what parts have');
+many = parts.solveMany('pull', {2, linspace(1e-3, 3e-3, 20)', 4, 2e-3}, 'rotate', {4, pi / 9}, 'tip_force', [0 0 0.02], 'start', 'neighbour');
+near(many.tip_position(20, :)', result.tip_position_m, 1e-9, 'the last of many');
+refuses(@() parts.solve('refine', 2), 'cppr:argument', 'only the stretch');
+refuses(@() parts.solve('pull', 1), 'cppr:command', 'behind the plate');
+
 % A figure of each kind.
 figure('visible', 'off');
 handles = r1.plot(free);
 expect(numel(handles) == 3, 'lines of a figure in the plane');
 drawn = get(handles(3), 'XData');
 near(drawn(end), 1e3 * free.tip_position(1), 1e-9, 'a figure is in mm');
+eq = robot.solve('pull', 1e-3, 'rotate', 0.5);
 expect(numel(robot.plot(eq, 'r')) == 4, 'lines of a figure in space');
+expect(numel(parts.plot(parts.solve('pull', 3e-3))) == 5, 'lines of a figure of parts');
 close('all');
 
 % What is wrong is said.

@@ -97,6 +97,8 @@ typedef uint32_t cppr_input;
 // place 2 (k − 1) and its rotation at 2 (k − 1) + 1 of 2 n. Places of a tube without actuator are NaN. Matrices go row by row.
 // Twists are the translation of the tip section's centre (m) and its rotation (rad), wrenches a force (N) and the moment about that
 // centre (N m).
+//
+// A robot of parts and joints has no evaluations, load steps, residual, elastic energy and margin: CPPR_CODE_NO_VALUE.
 enum cppr_value
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -143,8 +145,11 @@ enum cppr_value
   // The conjugate of what is prescribed by a dead wrench on the tip; 2 n × 6.
   CPPR_VALUE_RESPONSE_BY_WRENCH = 20,
   // What the modes leave out, against the same robot integrated without them: error of the tip (m), greatest error of a force (N) and of a torque
-  // (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds.
+  // (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds. Of a robot of
+  // parts and joints, which has no modes: how far tip and forces move when every step of the integration is halved; NaN for the torque.
   CPPR_VALUE_ERROR = 21,
+  // Greatest label at which fields can be read (m): the rest length, or for a robot of parts and joints the length of its centreline; 1 number.
+  CPPR_VALUE_LENGTH = 22,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -155,6 +160,9 @@ typedef uint32_t cppr_value;
 #endif // __cplusplus
 
 // What can be read along the robot. n is the number of tubes, the outermost (tube 1, the leader) first.
+//
+// A robot of parts and joints has centre, rotation (of the outermost tube that is there), abscissa and centroid, NaN for a tube that has not begun or has
+// ended. They are interpolated between sections a thousandth of the length apart.
 enum cppr_field
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -185,7 +193,8 @@ typedef uint32_t cppr_field;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// How to solve. The numbers of a flag are 0 and 1.
+// How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has the flag CPPR_OPTION_STRETCH alone, and takes the defaults of the
+// others: nothing there has modes.
 enum cppr_option
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -275,8 +284,8 @@ uint32_t cppr_abi(void);
 // Version of the library, such as "0.1.0".
 const char *cppr_version(void);
 
-// Reads a robot file. Null where it cannot be read or describes no robot; cppr_error_text() then lists every problem with its
-// line. Free it with cppr_robot_free().
+// Reads a robot file of either kind: tubes of one length joined at the tip, or parts and joints. Null where it cannot be read or describes no
+// robot; cppr_error_text() then lists every problem with its line. Free it with cppr_robot_free().
 cppr_robot *cppr_robot_from_file(const char *path);
 
 // The same from the text of a robot file.
@@ -288,11 +297,15 @@ void cppr_robot_free(cppr_robot *robot);
 // Name of the robot, valid as long as the robot; null for a null pointer.
 const char *cppr_robot_name(const cppr_robot *robot);
 
-// Rest length (m); NaN for a null pointer.
+// Rest length, of parts and joints that of the longest tube (m); NaN for a null pointer.
 double cppr_robot_length(const cppr_robot *robot);
 
 // Number of tubes, which are numbered from 1 as in the robot file; 0 for a null pointer.
 size_t cppr_robot_tubes(const cppr_robot *robot);
+
+// Is it of parts and joints? Then every tube has an actuator, tube 1 too, and what depends on modes is not there: see cppr_value, cppr_field
+// and cppr_option. False for a null pointer.
+bool cppr_robot_has_parts(const cppr_robot *robot);
 
 // Has a tube an actuator? Without one it is clamped in the baseplate. False for a null pointer and for a tube that does not exist.
 bool cppr_robot_is_actuated(const cppr_robot *robot,
@@ -329,7 +342,7 @@ int32_t cppr_solver_hold(cppr_solver *solver);
 int32_t cppr_solver_unload(cppr_solver *solver);
 
 // Adds a concentrated force (N) and moment (N m; null: none), both of three components in a frame (cppr_frame).
-// `at` is the label of the loaded section, the rest abscissa of the leader (m), or null for the tip; `point` the point of action in the
+// `at` is the label of the loaded section, the rest abscissa of the leader, which is tube 1 (m), or null for the tip; `point` the point of action in the
 // section's frame (m), or null for its centre. The number itself is checked by the solve, as with every load.
 int32_t cppr_solver_add_wrench(cppr_solver *solver,
                                const double *force,
@@ -363,7 +376,7 @@ int32_t cppr_solver_solve(cppr_solver *solver);
 
 // The same from the last equilibrium that this solver found (at first, rest): a warm start, for control loops. It stays on the branch of that
 // equilibrium where that goes on. Allocates nothing from the second call on, as long as the kinds of inputs and loads, the options and which
-// tubes are pushed in stay.
+// tubes are pushed in stay; with a robot of parts and joints everything allocates.
 int32_t cppr_solver_track(cppr_solver *solver);
 
 // How many numbers a value (cppr_value) has; 0 where it is unknown or `solver` null.
@@ -380,8 +393,8 @@ int32_t cppr_solver_get(cppr_solver *solver,
                         double *out,
                         size_t count);
 
-// Writes a field (cppr_field) of the last equilibrium at `sections` labels, rest abscissae of the leader from 0 to its length (m), section by
-// section into `out`, which has room for exactly `count` numbers. Allocates.
+// Writes a field (cppr_field) of the last equilibrium at `sections` labels, section by section into `out`, which has room for exactly `count`
+// numbers. Labels are rest abscissae of the leader, or for a robot of parts and joints lengths of the centreline, from 0 to CPPR_VALUE_LENGTH (m). Allocates.
 int32_t cppr_solver_get_field(cppr_solver *solver,
                               uint32_t field,
                               const double *labels,

@@ -1,7 +1,8 @@
 // C++17 on top of cppr.h, header-only. SI units, frames and numbers of tubes as there.
 //
 // What fails throws cppr::Error. That a robot has no equilibrium is no failure but a Status to look at. After its constructor a Solver
-// allocates nothing in set, track, tip_position, tip_rotation, motion, rotation, tension, torque, jacobian and compliance.
+// allocates nothing in set, track, tip_position, tip_rotation, motion, rotation, tension, torque, jacobian and compliance, unless its robot is of parts
+// and joints.
 //
 // Threads: share a Robot freely; one thread at a time may use a Solver. Copy a Solver for another thread.
 #ifndef CPPR_HPP
@@ -74,12 +75,14 @@ public:
     static Robot from_text(const std::string &toml) { return Robot(cppr_robot_from_text(toml.c_str())); }
 
     std::string name() const { return cppr_robot_name(get()); }
-    /// Rest length (m).
+    /// Rest length, of parts and joints that of the longest tube (m).
     double length() const { return cppr_robot_length(get()); }
     /// Tubes are numbered from 1 to this.
     std::size_t tubes() const { return cppr_robot_tubes(get()); }
     bool is_actuated(std::uint32_t tube) const { return cppr_robot_is_actuated(get(), tube); }
     bool is_planar() const { return cppr_robot_is_planar(get()); }
+    /// Is it of parts and joints? Then tube 1 has an actuator too, and margin, energy and options of the modes are not there.
+    bool has_parts() const { return cppr_robot_has_parts(get()); }
     const cppr_robot *get() const noexcept { return own_.get(); }
 
 private:
@@ -186,7 +189,7 @@ public:
         read(CPPR_VALUE_COMPLIANCE, compliance_.data(), compliance_.size());
         return compliance_;
     }
-    /// Centreline at labels from 0 to the robot's length (m).
+    /// Centreline at labels from 0 to number(CPPR_VALUE_LENGTH) (m).
     std::vector<Vector> centreline(const std::vector<double> &labels) {
         std::vector<Vector> out(labels.size());
         double *first = out.empty() ? nullptr : out.front().data();

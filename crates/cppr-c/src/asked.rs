@@ -1,9 +1,8 @@
 //! What is asked of a robot: inputs, loads and options as a command and settings of the mechanics.
 
+use crate::model::Model;
 use crate::names::{cppr_input, cppr_option};
-use crate::session::Model;
 use cppr::Vector3;
-use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Formulation, Settings};
 use cppr::statics::{Loads, RotationMeans, Wrench};
@@ -42,9 +41,11 @@ pub(crate) struct Asked {
 }
 
 impl Asked {
-    pub fn new(robot: &Robot) -> Self {
+    /// Of a robot with so many actuators.
+    pub fn new(actuators: usize) -> Self {
+        let actuators = vec![Actuator::HELD; actuators];
         Self {
-            command: Command::held(robot),
+            command: Command { actuators, loads: Loads::none(), rotation_means: RotationMeans::Base },
             has_tip: false,
             settings: Settings::default(),
             planar: false,

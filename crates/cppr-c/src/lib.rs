@@ -6,7 +6,8 @@
 //! - [`solver`]: buffers, a command and the last equilibrium of one robot;
 //! - [`many`]: many poses in one call;
 //! - [`status`]: codes, and the sentence of the last failure;
-//! - `session`, `asked`, `values`, `poses`: all that calls the mechanics.
+//! - `model`, `session`, `asked`: a robot of either kind, what is asked of it;
+//! - `modal`, `values`, `poses`: tubes of one length, joined at the tip; `bundle`, `bundle_poses`: parts and joints.
 //!
 //! What may grow later (inputs, values, fields, options) is numbered: a new number breaks no compiled program. Arrays over tubes have a
 //! place for every tube, also for one that has no actuator (NaN), so that places do not move when it gets one.
@@ -23,6 +24,10 @@ pub mod solver;
 pub mod many;
 
 mod asked;
+mod bundle;
+mod bundle_poses;
+mod modal;
+mod model;
 mod names;
 mod pointer;
 mod poses;

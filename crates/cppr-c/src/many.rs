@@ -41,8 +41,8 @@ pub unsafe extern "C" fn cppr_solve_many(
     guard(|| {
         let refuse = |text: String| say(cppr_code::BadArgument, format_args!("{text}"));
         // SAFETY: the caller's promises.
-        let (model, solver, asked) =
-            unsafe { session(solver) }.map(|s| (Arc::clone(&s.model), s.solver.clone(), s.asked.clone()))?;
+        let (model, work, asked) =
+            unsafe { session(solver) }.map(|s| (Arc::clone(&s.model), s.work.clone(), s.asked.clone()))?;
         let cells = poses.checked_mul(columns).ok_or_else(|| refuse("so many poses cannot be".into()))?;
         // SAFETY: the caller's promises.
         let (inputs, tubes, values, wanted) = unsafe {
@@ -71,11 +71,12 @@ pub unsafe extern "C" fn cppr_solve_many(
         let varied = varied.map_err(|problem| say(cppr_code::BadCommand, format_args!("{problem}")))?;
         // SAFETY: the caller's promise.
         let out = unsafe { pointer::output(out, count, "out") }?;
-        let mut run = || solve_many(&model, &solver, &asked, start, &varied, &wanted, out);
+        let mut run = || solve_many(&model, &work, &asked, start, &varied, &wanted, out);
         // One block needs no threads, and no block more than one of them.
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = if threads > 0 { threads } else { cores() }.min(poses.div_ceil(ONE_BLOCK));
-        let solved = if threads > 1 {
+        let blocks = poses.div_ceil(ONE_BLOCK);
+        let threads = if threads > 0 { threads } else { cores() }.min(blocks);
+        let solved = if blocks > 1 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let internal =
                 |error| say(cppr_code::Internal, format_args!("threads cannot be started: {error}"));

@@ -70,6 +70,8 @@ numbered!(cppr_input, "input": Pull, Rotate, Tension, Torque, TipForceX, TipForc
 /// place 2 (k − 1) and its rotation at 2 (k − 1) + 1 of 2 n. Places of a tube without actuator are NaN. Matrices go row by row.
 /// Twists are the translation of the tip section's centre (m) and its rotation (rad), wrenches a force (N) and the moment about that
 /// centre (N m).
+///
+/// A robot of parts and joints has no evaluations, load steps, residual, elastic energy and margin: CPPR_CODE_NO_VALUE.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -115,14 +117,20 @@ pub enum cppr_value {
     /// The conjugate of what is prescribed by a dead wrench on the tip; 2 n × 6.
     ResponseByWrench = 20,
     /// What the modes leave out, against the same robot integrated without them: error of the tip (m), greatest error of a force (N) and of a torque
-    /// (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds.
+    /// (N m) of the actuators; 3. Not there in the printed formulation and for relative rotations. Allocates, and takes milliseconds. Of a robot of
+    /// parts and joints, which has no modes: how far tip and forces move when every step of the integration is halved; NaN for the torque.
     Error = 21,
+    /// Greatest label at which fields can be read (m): the rest length, or for a robot of parts and joints the length of its centreline; 1 number.
+    Length = 22,
 }
 
 numbered!(cppr_value, "value": Status, Fraction, Iterations, Evaluations, LoadSteps, Residual, ElasticEnergy, TotalBend, Margin, TipPosition,
-    TipRotation, Pull, Rotation, Tension, Torque, Jacobian, JacobianBody, Response, Compliance, ResponseByWrench, Error);
+    TipRotation, Pull, Rotation, Tension, Torque, Jacobian, JacobianBody, Response, Compliance, ResponseByWrench, Error, Length);
 
 /// What can be read along the robot. n is the number of tubes, the outermost (tube 1, the leader) first.
+///
+/// A robot of parts and joints has centre, rotation (of the outermost tube that is there), abscissa and centroid, NaN for a tube that has not begun or has
+/// ended. They are interpolated between sections a thousandth of the length apart.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -147,7 +155,8 @@ pub enum cppr_field {
 
 numbered!(cppr_field, "field": Centre, Rotation, Curvature, Abscissa, Centroid, Moment, Force, EnergyDensity);
 
-/// How to solve. The numbers of a flag are 0 and 1.
+/// How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has the flag CPPR_OPTION_STRETCH alone, and takes the defaults of the
+/// others: nothing there has modes.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]

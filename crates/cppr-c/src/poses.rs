@@ -1,13 +1,15 @@
 //! Many poses: what varies put into commands, what is wanted read into rows.
 
 use crate::asked::{Asked, place, put};
+use crate::bundle_poses;
+use crate::model::Model;
 use crate::names::{cppr_input, cppr_value};
-use crate::session::Model;
+use crate::session::{Refused, Work};
 use crate::values::{Reader, size};
 use cppr::analysis::Sensitivity;
 use cppr::many::{Solved, Start};
-use cppr::solve::{Command, CommandProblem, Solver};
-use cppr_sweep::Poses;
+use cppr::solve::Command;
+use cppr_sweep::{Memory, Poses};
 use std::ops::ControlFlow;
 
 /// What varies from pose to pose.
@@ -32,7 +34,14 @@ impl<'a> Varied<'a> {
         Ok(Self { columns, values })
     }
 
-    fn put(&self, pose: usize, command: &mut Command) {
+    /// What all poses have in common, with room for what varies.
+    pub fn common(&self, asked: &Asked) -> Command {
+        let mut asked = asked.clone();
+        self.columns.iter().for_each(|column| asked.provide(column.0));
+        asked.command
+    }
+
+    pub fn put(&self, pose: usize, command: &mut Command) {
         let width = self.columns.len();
         let row = self.values.iter().skip(pose * width);
         for (&(input, place), value) in self.columns.iter().zip(row) {
@@ -44,27 +53,50 @@ impl<'a> Varied<'a> {
 /// Solves many poses on the threads of the current pool of rayon and writes `wanted` of each into its row of `out`, NaN before.
 pub(crate) fn solve_many(
     model: &Model,
-    solver: &Solver,
+    work: &Work,
     asked: &Asked,
     start: Start,
     varied: &Varied,
     wanted: &[cppr_value],
     out: &mut [f64],
-) -> Result<(), (usize, CommandProblem)> {
+) -> Result<(), (usize, Refused)> {
     let width: usize = wanted.iter().map(|value| size(model, *value)).sum();
     let mut rows: Vec<&mut [f64]> = out.chunks_exact_mut(width.max(1)).collect();
-    let mut asked = asked.clone();
-    varied.columns.iter().for_each(|column| asked.provide(column.0));
-    let mut each = asked.command.clone();
+    let base = varied.common(asked);
+    match (model, work) {
+        (Model::Modal { memory, .. }, Work::Modal(own)) => solve_modal(
+            model,
+            memory,
+            &Poses { solver: &own.solver, base: &base, start },
+            varied,
+            wanted,
+            &mut rows,
+        ),
+        (_, Work::Bundle(own)) => {
+            bundle_poses::solve_many(model, own, &base, start, varied, wanted, &mut rows)
+        }
+        // A session has the work of its model.
+        (Model::Bundle(_), Work::Modal(_)) => Ok(()),
+    }
+}
+
+fn solve_modal(
+    model: &Model,
+    memory: &Memory,
+    poses: &Poses,
+    varied: &Varied,
+    wanted: &[cppr_value],
+    rows: &mut [&mut [f64]],
+) -> Result<(), (usize, Refused)> {
+    let mut each = poses.base.clone();
     for pose in 0..rows.len() {
         varied.put(pose, &mut each);
-        solver.check(&each).map_err(|problem| (pose, problem))?;
+        poses.solver.check(&each).map_err(|problem| (pose, Refused::Modal(problem)))?;
     }
-    let poses = Poses { solver, base: &asked.command, start };
     let _ = cppr_sweep::solve_many(
-        &poses,
-        &model.memory,
-        &mut rows,
+        poses,
+        memory,
+        rows,
         |pose, command| varied.put(pose, command),
         |_, row, solved| {
             // All commands have been checked.

@@ -1,7 +1,7 @@
 //! The robot: read, checked, immutable.
 
+use crate::model::Model;
 use crate::pointer;
-use crate::session::Model;
 use crate::status::{cppr_code, guard_or, say};
 use std::ffi::{CString, c_char};
 use std::sync::Arc;
@@ -19,8 +19,8 @@ fn boxed(read: Result<Model, String>) -> Result<*mut cppr_robot, cppr_code> {
     Ok(Box::into_raw(Box::new(cppr_robot { model: Arc::new(model), name })))
 }
 
-/// Reads a robot file. Null where it cannot be read or describes no robot; cppr_error_text() then lists every problem with its
-/// line. Free it with cppr_robot_free().
+/// Reads a robot file of either kind: tubes of one length joined at the tip, or parts and joints. Null where it cannot be read or describes no
+/// robot; cppr_error_text() then lists every problem with its line. Free it with cppr_robot_free().
 ///
 /// # Safety
 /// `path` points to a text that ends with 0.
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn cppr_robot_name(robot: *const cppr_robot) -> *const c_c
     guard_or(std::ptr::null(), || Ok(unsafe { pointer::object(robot, "robot") }?.name.as_ptr()))
 }
 
-/// Rest length (m); NaN for a null pointer.
+/// Rest length, of parts and joints that of the longest tube (m); NaN for a null pointer.
 ///
 /// # Safety
 /// `robot` is null or a living robot.
@@ -89,6 +89,17 @@ pub unsafe extern "C" fn cppr_robot_length(robot: *const cppr_robot) -> f64 {
 pub unsafe extern "C" fn cppr_robot_tubes(robot: *const cppr_robot) -> usize {
     // SAFETY: the caller's promise.
     guard_or(0, || Ok(unsafe { pointer::object(robot, "robot") }?.model.tubes()))
+}
+
+/// Is it of parts and joints? Then every tube has an actuator, tube 1 too, and what depends on modes is not there: see cppr_value, cppr_field
+/// and cppr_option. False for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_has_parts(robot: *const cppr_robot) -> bool {
+    // SAFETY: the caller's promise.
+    guard_or(false, || Ok(unsafe { pointer::object(robot, "robot") }?.model.has_parts()))
 }
 
 /// Has a tube an actuator? Without one it is clamped in the baseplate. False for a null pointer and for a tube that does not exist.

@@ -151,7 +151,7 @@ unsafe fn add(solver: *mut cppr_solver, load: impl FnOnce(&mut Loads) -> Done) -
 }
 
 /// Adds a concentrated force (N) and moment (N m; null: none), both of three components in a frame (cppr_frame).
-/// `at` is the label of the loaded section, the rest abscissa of the leader (m), or null for the tip; `point` the point of action in the
+/// `at` is the label of the loaded section, the rest abscissa of the leader, which is tube 1 (m), or null for the tip; `point` the point of action in the
 /// section's frame (m), or null for its centre. The number itself is checked by the solve, as with every load.
 ///
 /// # Safety
@@ -268,7 +268,7 @@ pub unsafe extern "C" fn cppr_solver_solve(solver: *mut cppr_solver) -> i32 {
 
 /// The same from the last equilibrium that this solver found (at first, rest): a warm start, for control loops. It stays on the branch of that
 /// equilibrium where that goes on. Allocates nothing from the second call on, as long as the kinds of inputs and loads, the options and which
-/// tubes are pushed in stay.
+/// tubes are pushed in stay; with a robot of parts and joints everything allocates.
 ///
 /// # Safety
 /// `solver` is null or a living solver.
@@ -339,8 +339,8 @@ fn no_value(session: &Session) -> cppr_code {
     say(cppr_code::NoValue, format_args!("there is no such value: {}", session.why_not()))
 }
 
-/// Writes a field (cppr_field) of the last equilibrium at `sections` labels, rest abscissae of the leader from 0 to its length (m), section by
-/// section into `out`, which has room for exactly `count` numbers. Allocates.
+/// Writes a field (cppr_field) of the last equilibrium at `sections` labels, section by section into `out`, which has room for exactly `count`
+/// numbers. Labels are rest abscissae of the leader, or for a robot of parts and joints lengths of the centreline, from 0 to CPPR_VALUE_LENGTH (m). Allocates.
 ///
 /// # Safety
 /// `solver` is null or a living solver; `labels` points to `sections` numbers, `out` to room for `count`.
@@ -361,9 +361,9 @@ pub unsafe extern "C" fn cppr_solver_get_field(
         // SAFETY: the caller's promises.
         let (labels, out) =
             unsafe { (pointer::array(labels, sections, "labels")?, pointer::output(out, count, "out")?) };
-        let length = session.model.length();
-        if let Some(label) = labels.iter().find(|label| !(0.0..=length).contains(*label)) {
-            let text = format_args!("label {label} m: the robot reaches from 0 to {length} m");
+        let reach = session.reach();
+        if let Some(label) = labels.iter().find(|label| !(0.0..=reach).contains(*label)) {
+            let text = format_args!("label {label} m: the robot reaches from 0 to {reach} m");
             return Err(say(cppr_code::BadArgument, text));
         }
         if session.field(own, labels, out) { Ok(cppr_code::Ok) } else { Err(no_value(&session)) }

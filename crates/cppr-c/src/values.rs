@@ -1,7 +1,7 @@
 //! What can be read of an equilibrium, as rows of numbers.
 
+use crate::model::Model;
 use crate::names::{cppr_field, cppr_value};
-use crate::session::Model;
 use cppr::analysis::{Sensitivity, total_bend};
 use cppr::kinematics::TipPose;
 use cppr::solve::{Equilibrium, Reason, Solver, Status};
@@ -66,6 +66,7 @@ impl Reader<'_> {
             _ if !found.status().is_equilibrium() => return false,
             cppr_value::ElasticEnergy => found.elastic_energy(),
             cppr_value::TotalBend => total_bend(found),
+            cppr_value::Length => found.robot().length(),
             cppr_value::Margin => match self.solver.margin(found) {
                 Some(margin) => margin,
                 None => return false,
@@ -112,20 +113,25 @@ impl Reader<'_> {
         if !*derived.get_or_insert_with(|| solver.sensitivity_into(found, sensitivity).is_ok()) {
             return false;
         }
-        let (tubes, all) = (found.robot().tube_count(), sensitivity.inputs.len());
-        let (width, own) = (2 * tubes, &**sensitivity);
-        match value {
-            cppr_value::Jacobian => {
-                spread(out, width, [0, LEADER], [6, all], |r, c| own.tip_jacobian[(r, c)]);
-            }
-            cppr_value::JacobianBody => {
-                spread(out, width, [0, LEADER], [6, all], |r, c| own.tip_jacobian_body[(r, c)]);
-            }
-            cppr_value::Response => spread(out, width, [LEADER; 2], [all; 2], |r, c| own.response[(r, c)]),
-            cppr_value::Compliance => spread(out, 6, [0; 2], [6; 2], |r, c| own.compliance[(r, c)]),
-            _ => spread(out, 6, [LEADER, 0], [all, 6], |r, c| own.response_by_wrench[(r, c)]),
-        }
+        write_derivatives(value, sensitivity, LEADER, out);
         true
+    }
+}
+
+/// Writes a matrix of derivatives into rows and columns for two inputs of every tube; the first `before` inputs have none.
+pub(crate) fn write_derivatives(value: cppr_value, own: &Sensitivity, before: usize, out: &mut [f64]) {
+    let all = own.inputs.len();
+    let width = before + all;
+    match value {
+        cppr_value::Jacobian => {
+            spread(out, width, [0, before], [6, all], |r, c| own.tip_jacobian[(r, c)]);
+        }
+        cppr_value::JacobianBody => {
+            spread(out, width, [0, before], [6, all], |r, c| own.tip_jacobian_body[(r, c)]);
+        }
+        cppr_value::Response => spread(out, width, [before; 2], [all; 2], |r, c| own.response[(r, c)]),
+        cppr_value::Compliance => spread(out, 6, [0; 2], [6; 2], |r, c| own.compliance[(r, c)]),
+        _ => spread(out, 6, [before, 0], [all, 6], |r, c| own.response_by_wrench[(r, c)]),
     }
 }
 

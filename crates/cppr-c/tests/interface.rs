@@ -7,6 +7,9 @@
     clippy::cast_ptr_alignment
 )]
 
+use cppr::analysis::Sensitivity;
+use cppr::bundle::Bundle;
+use cppr::bundle::solve::{BundleSolver, load_behind_plate};
 use cppr::kinematics::TipPose;
 use cppr::solve::{Actuator, Command, Drive, Solver};
 use cppr::statics::{Loads, Wrench};
@@ -133,6 +136,177 @@ fn values_are_those_of_the_library() {
     let by_wrench = |r: usize, c: usize| if r < 2 { nan } else { derived.response_by_wrench[(r - 2, c)] };
     close(cppr_value::ResponseByWrench, &rows(6, 6, &by_wrench));
     assert!(held.get(cppr_value::Iterations)[0] >= 3.0 && held.get(cppr_value::Residual)[0] <= 1e-11);
+}
+
+/// Every value of a robot of parts and joints, driven by motion and force and loaded.
+#[test]
+fn values_of_parts_are_those_of_the_library() {
+    let design = cppr_io::read_bundle("../../robots/bundles/two_sections.toml").unwrap();
+    let bundle = Bundle::new(&design).unwrap();
+    let mut solver = BundleSolver::new(&bundle);
+    let mut command = solver.held();
+    command.drives[1].translation = Drive::Motion(3e-3);
+    command.drives[3].translation = Drive::Effort(1.5);
+    command.drives[3].rotation = Drive::Motion(0.3);
+    command.loads = Loads::tip_force([0.0, 0.02, 0.01].into());
+    let found = solver.solve(&command);
+    assert!(found.converged && found.stable && load_behind_plate(&command, &found).is_none());
+    let derived: Sensitivity = solver.sensitivity(&found).unwrap();
+
+    let held = Held::open(c"../../robots/bundles/two_sections.toml");
+    // SAFETY: the robot lives.
+    unsafe {
+        assert!(cppr_robot_has_parts(held.robot) && cppr_robot_is_planar(held.robot));
+        assert_eq!(cppr_robot_length(held.robot), bundle.length());
+        let actuated = [0, 1, 4, 5].map(|tube| cppr_robot_is_actuated(held.robot, tube));
+        assert_eq!(actuated, [false, true, true, false]);
+    }
+    held.set(cppr_input::Pull, 2, 3e-3);
+    held.set(cppr_input::Tension, 4, 1.5);
+    held.set(cppr_input::Rotate, 4, 0.3);
+    held.set(cppr_input::TipForceY, 0, 0.02);
+    held.set(cppr_input::TipForceZ, 0, 0.01);
+    assert_eq!(held.solve(), OK);
+    let same = |value: cppr_value, wanted: &[f64]| {
+        let bits = |list: &[f64]| list.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&held.get(value)), bits(wanted), "{value:?}");
+    };
+    let efforts = |get: fn(&cppr::bundle::solve::TubeEffort) -> f64| -> Vec<f64> {
+        found.efforts.iter().map(get).collect()
+    };
+    same(cppr_value::Status, &[0.0]);
+    same(cppr_value::Fraction, &[1.0]);
+    same(cppr_value::Length, &[found.length]);
+    same(cppr_value::TipPosition, found.tip.as_slice());
+    same(cppr_value::TipRotation, found.frame.transpose().as_slice());
+    same(cppr_value::Pull, &efforts(|e| e.label));
+    same(cppr_value::Rotation, &efforts(|e| e.rotation));
+    same(cppr_value::Tension, &efforts(|e| e.force));
+    same(cppr_value::Torque, &efforts(|e| e.torque));
+    // Column by column is the transpose row by row.
+    same(cppr_value::Jacobian, derived.tip_jacobian.transpose().as_slice());
+    same(cppr_value::JacobianBody, derived.tip_jacobian_body.transpose().as_slice());
+    same(cppr_value::Response, derived.response.transpose().as_slice());
+    same(cppr_value::Compliance, derived.compliance.transpose().as_slice());
+    same(cppr_value::ResponseByWrench, derived.response_by_wrench.transpose().as_slice());
+    let error = held.get(cppr_value::Error);
+    assert!(error[0] < 1e-4 * bundle.length() && error[2].is_nan());
+    // What does not exist there is said, and what does is NaN.
+    let mut out = [0.0];
+    for value in
+        [cppr_value::Margin, cppr_value::Residual, cppr_value::ElasticEnergy, cppr_value::Evaluations]
+    {
+        // SAFETY: the solver lives, the array has the size given.
+        let code = unsafe { cppr_solver_get(held.solver, value as u32, out.as_mut_ptr(), 1) };
+        assert_eq!((code, out[0].is_nan()), (cppr_code::NoValue as i32, true), "{value:?}");
+        assert!(text(cppr_error_text()).contains("robots of parts and joints do not have it"));
+    }
+
+    // Fields at sections that the library gives.
+    let shape = solver.shape(&found, found.length / 7.0);
+    let labels: Vec<f64> = shape.iter().map(|s| s.length).collect();
+    let field = |field: cppr_field, size: usize| {
+        let mut out = vec![0.0; size * labels.len()];
+        // SAFETY: the solver lives, arrays have the sizes given.
+        let code = unsafe {
+            let (count, room) = (labels.len(), out.len());
+            cppr_solver_get_field(held.solver, field as u32, labels.as_ptr(), count, out.as_mut_ptr(), room)
+        };
+        assert_eq!(code, OK, "{field:?}: {}", text(cppr_error_text()));
+        out
+    };
+    let near = |a: f64, b: f64, tolerance: f64| a.is_nan() && b.is_nan() || (a - b).abs() < tolerance;
+    for (section, centre) in shape.iter().zip(field(cppr_field::Centre, 3).chunks(3)) {
+        assert!((0..3).all(|i| near(centre[i], section.centre[i], 1e-11)), "{centre:?} {}", section.centre);
+    }
+    let rotations = field(cppr_field::Rotation, 9);
+    let last = &rotations[rotations.len() - 9..];
+    for (got, wanted) in last.iter().zip(found.frame.transpose().iter()) {
+        // The shape is integrated in shorter steps than the solve, which is as exact as its steps.
+        assert!(near(*got, *wanted, 1e-8), "{last:?}, not {}", found.frame);
+    }
+    let (abscissae, centroids) = (field(cppr_field::Abscissa, 4), field(cppr_field::Centroid, 12));
+    let mut seen = 0;
+    for (i, section) in shape.iter().enumerate() {
+        // On the two sides of a place where something changes fields differ: that of the plate is given.
+        if i > 0 && section.length <= shape[i - 1].length {
+            continue;
+        }
+        for tube in &section.tubes {
+            let own = 4 * i + tube.tube;
+            // Where a tube ends it is gone on the other side.
+            assert!(near(abscissae[own], tube.label, 1e-8), "{} {}", abscissae[own], tube.label);
+            let wanted = section.centre + section.offset(tube);
+            assert!((0..3).all(|c| near(centroids[3 * own + c], wanted[c], 1e-8)), "section {i}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 15);
+}
+
+/// A warm start follows, a copy stands where its original does, and what cannot be asked is refused in a sentence.
+#[test]
+fn a_robot_of_parts_is_followed_and_refuses() {
+    let held = Held::open(c"../../robots/bundles/two_sections.toml");
+    let refused = |code: i32, wanted: cppr_code, part: &str| {
+        assert_eq!(code, wanted as i32, "{part}");
+        assert!(text(cppr_error_text()).contains(part), "{}: not {part}", text(cppr_error_text()));
+    };
+    for step in 1..=5 {
+        held.set(cppr_input::Pull, 2, 5e-4 * f64::from(step));
+        // SAFETY: the solver lives.
+        assert_eq!(unsafe { cppr_solver_track(held.solver) }, OK);
+    }
+    let tip = held.get(cppr_value::TipPosition);
+    assert_eq!(held.solve(), OK);
+    let cold = held.get(cppr_value::TipPosition);
+    assert!(tip.iter().zip(&cold).all(|(a, b)| (a - b).abs() < 1e-8), "{tip:?} {cold:?}");
+    // SAFETY: pointers live or are null where that is tested, arrays have the sizes given.
+    unsafe {
+        let copy = cppr_solver_clone(held.solver);
+        let mut out = [0.0; 3];
+        assert_eq!(cppr_solver_get(copy, cppr_value::TipPosition as u32, out.as_mut_ptr(), 3), OK);
+        assert_eq!(out.to_vec(), cold);
+        // The copy has what it needs when all else is gone.
+        drop(held);
+        assert_eq!(cppr_solver_track(copy), OK);
+        refused(cppr_solver_set(copy, 1, 5, 0.0), cppr_code::BadCommand, "this robot has tubes 1 to 4");
+        let option = |option: cppr_option, value: f64| cppr_solver_set_option(copy, option as u32, value);
+        refused(option(cppr_option::Planar, 1.0), cppr_code::BadArgument, "only the stretch can be chosen");
+        refused(
+            option(cppr_option::RelativeAngle, 1.0),
+            cppr_code::BadArgument,
+            "only the stretch can be chosen",
+        );
+        assert_eq!((option(cppr_option::Planar, 0.0), option(cppr_option::Refine, 1.0)), (OK, OK));
+        for (tube, value, part) in
+            [(2, f64::NAN, "the actuator of tube 2"), (2, 5.0, "behind the plate: pull less. Check the unit")]
+        {
+            assert_eq!(cppr_solver_set(copy, 1, tube, value), OK);
+            refused(cppr_solver_solve(copy), cppr_code::BadCommand, part);
+            let code = cppr_solver_get(copy, cppr_value::TipPosition as u32, out.as_mut_ptr(), 3);
+            refused(code, cppr_code::NoValue, "the last command was refused");
+        }
+        assert_eq!(cppr_solver_hold(copy), OK);
+        let (force, at) = ([0.0, 0.01, 0.0], 9.0);
+        assert_eq!(cppr_solver_add_wrench(copy, force.as_ptr(), null(), 0, &raw const at, null()), OK);
+        refused(cppr_solver_solve(copy), cppr_code::BadCommand, "a load acts at 9000.000 mm");
+        // Drawn in, a place of tube 1 lies behind the plate.
+        assert_eq!(cppr_solver_unload(copy), OK);
+        let at = 1e-3;
+        assert_eq!(cppr_solver_add_wrench(copy, force.as_ptr(), null(), 0, &raw const at, null()), OK);
+        for tube in 1..=4 {
+            assert_eq!(cppr_solver_set(copy, cppr_input::Pull as u32, tube, 2e-3), OK);
+        }
+        refused(cppr_solver_solve(copy), cppr_code::BadCommand, "drawn in behind the plate");
+        assert_eq!(cppr_solver_hold(copy), OK);
+        assert_eq!(cppr_solver_set(copy, cppr_input::Tension as u32, 2, 1e5), OK);
+        assert!(text(cppr_solver_doubt(copy)).contains("tension of tube 2"));
+        cppr_solver_free(copy);
+        let broken = c"[[tube]]\n[[tube.part]]\nlength_mm = -1";
+        assert!(cppr_robot_from_text(broken.as_ptr()).is_null());
+        assert!(text(cppr_error_text()).contains("line 3"), "{}", text(cppr_error_text()));
+    }
 }
 
 #[test]

@@ -115,12 +115,74 @@ static void test(const std::string &robots) {
     expect(solver.solve() == cppr::Status::stable && std::abs(solver.tip_position()[0] - 0.03) < 1e-12, "held, it is straight");
 }
 
+/// A robot of parts and joints, opened and asked as any other.
+static void test_parts(const std::string &robots) {
+    const cppr::Robot robot = cppr::Robot::from_file(robots + "/bundles/two_sections.toml");
+    expect(robot.has_parts() && robot.tubes() == 4 && robot.is_actuated(1) && robot.is_actuated(4) && !robot.is_actuated(5), "its tubes");
+    cppr::Solver solver(robot);
+    solver.pull(2, 3e-3);
+    solver.rotate(4, 0.3);
+    solver.tip_force({0.0, 0.0, 0.02});
+    expect(solver.solve() == cppr::Status::stable && solver.explain() == "converged, stable", "stable");
+    const cppr::Vector tip = solver.tip_position();
+    const cppr::Matrix jacobian = solver.jacobian(), compliance = solver.compliance();
+    expect(std::abs(solver.motion(2) - 3e-3) < 1e-15 && solver.motion(1) == 0.0 && solver.tension(2) > 0.0, "motors");
+    const double length = solver.number(CPPR_VALUE_LENGTH);
+    const std::vector<cppr::Vector> line = solver.centreline({0.0, length});
+    // Along the robot it is integrated in shorter steps.
+    expect(line[0][0] == 0.0 && std::abs(line[1][1] - tip[1]) < 1e-9, "centreline");
+    cppr::Solver copy = solver;
+    const auto differs = [&](cppr_input input, std::uint32_t tube, double at, double step, const cppr::Matrix &matrix, std::size_t column,
+                             double tolerance) {
+        cppr::Vector sides[2];
+        for (int side = 0; side < 2; ++side) {
+            copy.set(input, tube, at + (side == 0 ? step : -step));
+            expect(copy.track() == cppr::Status::stable, "stable beside");
+            sides[side] = copy.tip_position();
+        }
+        copy.set(input, tube, at);
+        double size = 0.0;
+        for (std::size_t row = 0; row < 3; ++row) {
+            expect(std::abs((sides[0][row] - sides[1][row]) / (2.0 * step) - matrix(row, column)) < tolerance, "a derivative");
+            size = std::fmax(size, std::abs(matrix(row, column)));
+        }
+        expect(size > 100.0 * tolerance, "a derivative that is not nothing");
+    };
+    differs(CPPR_INPUT_PULL, 2, 3e-3, 1e-5, jacobian, cppr::translation(2), 1e-3);
+    differs(CPPR_INPUT_ROTATE, 1, 0.0, 1e-4, jacobian, cppr::turn(1), 1e-6);
+    differs(CPPR_INPUT_TIP_FORCE_Z, 0, 0.02, 1e-3, compliance, 2, 1e-5);
+
+    cppr::Matrix poses(20, 1);
+    for (std::size_t pose = 0; pose < 20; ++pose) {
+        poses.data()[pose] = 1.5e-4 * static_cast<double>(pose + 1);
+    }
+    const auto many = [&](cppr_start start, std::size_t threads) {
+        return solver.solve_many({{CPPR_INPUT_PULL, 2}}, poses, {CPPR_VALUE_STATUS, CPPR_VALUE_TIP_POSITION}, start, threads);
+    };
+    const cppr::Matrix cold = many(CPPR_START_REST, 1), warm = many(CPPR_START_NEIGHBOUR, 2), alone = many(CPPR_START_NEIGHBOUR, 1);
+    expect(cold(19, 0) == 0.0 && std::abs(cold(19, 2) - tip[1]) < 1e-8 && std::abs(warm(19, 2) - tip[1]) < 1e-8, "the last of many");
+    bool same = true;
+    for (std::size_t cell = 0; cell < warm.size(); ++cell) {
+        same = same && warm.data()[cell] == alone.data()[cell];
+    }
+    expect(same, "the numbers do not depend on the threads");
+
+    refuses([&] { (void)solver.number(CPPR_VALUE_MARGIN); }, CPPR_CODE_NO_VALUE, "parts and joints do not have it");
+    refuses([&] { solver.option(CPPR_OPTION_REFINE, 2.0); }, CPPR_CODE_BAD_ARGUMENT, "only the stretch");
+    solver.pull(2, 5.0);
+    refuses([&] { (void)solver.solve(); }, CPPR_CODE_BAD_COMMAND, "behind the plate");
+    solver.hold();
+    solver.rotate(2, 90.0);
+    expect(solver.doubt().find("Check number and unit") != std::string::npos, "degrees");
+}
+
 int main(int argc, char **argv) {
     if (argc != 2) {
         return 2;
     }
     try {
         test(argv[1]);
+        test_parts(argv[1]);
     } catch (const std::exception &error) {
         std::fprintf(stderr, "wrapper: %s\n", error.what());
         return 1;
