@@ -171,7 +171,8 @@ pub fn trace<'py>(
                 Some(factor) => BundleFamily::load(first, 1.0, factor),
             };
             let family = family.map_err(refused)?;
-            let branches = own.analysed(py, |a| a.solver.trace_from(&family, &tracing, found))?;
+            let branches =
+                own.stoppable(py, |solver, stop| solver.trace_until(&family, &tracing, found, stop))?;
             told(py, branches, |e| Py::new(py, own.other(e)).map(Py::into_any))
         }
     }

@@ -6,8 +6,8 @@ use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
 use crate::design::Reader;
 use crate::robot::Robot;
 use crate::watch::stoppable;
-use crate::{errors, rubbing};
-use cppr::analysis::{BundleAnalysis, Sensitivity};
+use crate::{errors, rubbing, stored};
+use cppr::analysis::{Asked, BundleAnalysis, Demand, Sensitivity, absurd_bundle_demand};
 use cppr::bundle::solve::{
     BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
 };
@@ -18,9 +18,10 @@ use cppr_io::bundle_file;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most sections of one shape.
 const MOST: f64 = 1e5;
@@ -38,6 +39,16 @@ impl Bundle {
             .detach(|| cppr::bundle::Bundle::new(&design))
             .map_err(|problems| errors::design(py, &problems.0))?;
         Ok(Self { bundle: Arc::new(bundle), design: Arc::new(design) })
+    }
+
+    /// Refuses what cannot be asked of this robot, and warns of what looks like another unit.
+    fn check(&self, py: Python<'_>, command: &BundleCommand, stretch: bool) -> PyResult<()> {
+        command.check(&self.design, &self.bundle, stretch).map_err(|problem| errors::command(py, problem))?;
+        match absurd_bundle_demand(&self.bundle, command) {
+            // Those were warned of where they were read.
+            Some(Demand { asked: Asked::Actuator(Input { is_motion: true, .. }), .. }) | None => Ok(()),
+            Some(demand) => errors::warn(py, "UnitWarning", &demand.to_string()),
+        }
     }
 }
 
@@ -109,20 +120,15 @@ impl Bundle {
         put(py, &mut drives, &[pull, rotate, tension, torque])?;
         let all = read_loads(tip_force.as_ref(), tip_moment.as_ref(), loads.as_ref())?;
         let start = match &start {
-            Some(start) if !Arc::ptr_eq(&start.bundle, &self.bundle) => {
+            // A robot that was stored and read again is the same robot.
+            Some(start) if !Arc::ptr_eq(&start.bundle, &self.bundle) && start.design != self.design => {
                 let text = "start is an equilibrium of another robot; give one of this robot";
                 return Err(PyValueError::new_err(text));
             }
             other => other.as_ref().map(|start| &start.found),
         };
-        if let Some((tube, label)) = self.bundle.joint_behind_plate(&drives) {
-            let tube = tube + 1;
-            let text = format!(
-                "pull: tube {tube} is joined to another at {label} m, which would lie behind the plate"
-            );
-            return Err(errors::command(py, text));
-        }
         let command = BundleCommand { drives, loads: all };
+        self.check(py, &command, stretch)?;
         let found = py.detach(|| {
             let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
             match start {
@@ -185,7 +191,8 @@ impl Bundle {
             Ok(BundleCommand { drives, loads: loads.clone() })
         };
         let commands: Vec<BundleCommand> = waypoints.iter().map(read).collect::<PyResult<_>>()?;
-        let points = py.detach(|| {
+        commands.iter().try_for_each(|command| self.check(py, command, stretch))?;
+        let points = stoppable(py, |stop| {
             let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
             let mut state = SlipHistory::new(&mut solver, friction)?;
             let first = commands.first()?;
@@ -195,6 +202,9 @@ impl Bundle {
             let mut points: Vec<(usize, HistoryPoint)> = vec![(0, state.point())];
             for (leg, ends) in commands.windows(2).enumerate() {
                 for step in 1..=steps {
+                    if stop.load(Ordering::Relaxed) {
+                        return None;
+                    }
                     let own = ends[1].on_the_way_from(&ends[0], f64::from(step) / f64::from(steps));
                     if !state.drive(&own) {
                         return None;
@@ -203,10 +213,19 @@ impl Bundle {
                 }
             }
             Some(points)
-        });
+        })?;
         let text = "a step of the history found no equilibrium; move less, or in more steps";
         let points = points.ok_or_else(|| errors::error(py, "NoEquilibrium", text))?;
         rubbing::history(py, &points)
+    }
+
+    /// Pickled and copied as its design, to the last digit.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, own) = (slf.py(), slf.get());
+        let state = stored::write(&*own.design)?;
+        let arguments = (PyBytes::new(py, &state), stored::VERSION);
+        let restore = py.import("cppr._cppr")?.getattr("_bundle")?;
+        Ok((restore, arguments.into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {
@@ -314,6 +333,17 @@ impl BundleEquilibrium {
         })
     }
 
+    /// Runs what returns soon after the flag is set, with a solver of its robot.
+    pub fn stoppable<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut BundleSolver<'_>, &AtomicBool) -> R + Send,
+    ) -> PyResult<R> {
+        stoppable(py, |stop| {
+            work(&mut BundleSolver::new(&self.bundle).with_stretch(self.stretch), stop.as_ref())
+        })
+    }
+
     fn derivatives(&self, py: Python<'_>) -> PyResult<Sensitivity> {
         let found = py.detach(|| self.with(|solver| solver.sensitivity(&self.found)));
         found.ok_or_else(|| {
@@ -329,6 +359,12 @@ impl BundleEquilibrium {
 
 #[pymethods]
 impl BundleEquilibrium {
+    /// Its robot.
+    #[getter]
+    fn robot(&self) -> Bundle {
+        Bundle { bundle: Arc::clone(&self.bundle), design: Arc::clone(&self.design) }
+    }
+
     /// Name of the robot.
     #[getter]
     fn name(&self) -> &str {
@@ -501,6 +537,15 @@ impl BundleEquilibrium {
         Ok(fields)
     }
 
+    /// Pickled and copied as its robot and its own numbers; nothing is solved again.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, own) = (slf.py(), slf.get());
+        let state = stored::write(&(&own.found, own.stretch))?;
+        let arguments = (own.robot(), PyBytes::new(py, &state), stored::VERSION);
+        let restore = py.import("cppr._cppr")?.getattr("_bundle_equilibrium")?;
+        Ok((restore, arguments.into_pyobject(py)?))
+    }
+
     fn __repr__(&self) -> String {
         let tip = self.found.tip * 1e3;
         let stable = if self.found.stable { "stable" } else { "unstable" };
@@ -509,4 +554,29 @@ impl BundleEquilibrium {
             self.design.name, tip.x, tip.y, tip.z
         )
     }
+}
+
+/// A robot from what [`Bundle::__reduce__`] stored.
+#[pyfunction]
+pub fn _bundle(py: Python<'_>, state: &[u8], version: &str) -> PyResult<Bundle> {
+    Bundle::build(py, stored::read(state, version)?)
+}
+
+/// An equilibrium from what [`BundleEquilibrium::__reduce__`] stored.
+#[pyfunction]
+pub fn _bundle_equilibrium(
+    robot: PyRef<'_, Bundle>,
+    state: &[u8],
+    version: &str,
+) -> PyResult<BundleEquilibrium> {
+    let (found, stretch): (Found, bool) = stored::read(state, version)?;
+    if !found.fits(&robot.bundle) {
+        return Err(stored::unreadable("another robot", version));
+    }
+    Ok(BundleEquilibrium {
+        bundle: Arc::clone(&robot.bundle),
+        design: Arc::clone(&robot.design),
+        found,
+        stretch,
+    })
 }

@@ -148,12 +148,13 @@ impl<'py> Reader<'py> {
             return Err(errors::wrong_type(&own, "a Joint", value));
         }
         let list = value.getattr("tubes")?;
-        let named: Vec<usize> = list
+        let named: Vec<usize> = unmasked(&format!("tubes of {own}"), &list)?
             .extract()
             .map_err(|_| errors::wrong_type(&format!("tubes of {own}"), "tube numbers", &list))?;
         let at = value.getattr("at")?;
-        let at: Option<Vec<f64>> =
-            at.extract().map_err(|_| errors::wrong_type(&format!("at of {own}"), "a label per tube", &at))?;
+        let at: Option<Vec<f64>> = unmasked(&format!("at of {own}"), &at)?
+            .extract()
+            .map_err(|_| errors::wrong_type(&format!("at of {own}"), "a label per tube", &at))?;
         if let Some(missing) = named.iter().find(|number| **number == 0 || **number > tubes.len()) {
             self.problem(&own, format!("{own}: there is no tube {missing}"));
             return Ok(Vec::new());

@@ -2,7 +2,7 @@
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
 use crate::robot::{Robot, Shared};
-use crate::{analysis, command, errors, rubbing};
+use crate::{analysis, command, errors, rubbing, stored};
 use cppr::Vector3;
 use cppr::analysis::{Accuracy, Against, Integrated};
 use cppr::analysis::{Section, Sensitivity, total_bend};
@@ -319,9 +319,8 @@ impl Equilibrium {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let py = slf.py();
         let own = slf.get();
-        let state = postcard::to_stdvec(&SavedEquilibrium::from(&own.found))
-            .map_err(|e| PyValueError::new_err(format!("the equilibrium cannot be stored: {e}")))?;
-        let arguments = (own.robot(), PyBytes::new(py, &state), env!("CARGO_PKG_VERSION"));
+        let state = stored::write(&SavedEquilibrium::from(&own.found))?;
+        let arguments = (own.robot(), PyBytes::new(py, &state), stored::VERSION);
         let restore = py.import("cppr._cppr")?.getattr("_equilibrium")?;
         Ok((restore, arguments.into_pyobject(py)?))
     }
@@ -408,17 +407,9 @@ impl Shape {
 /// An equilibrium from what [`Equilibrium::__reduce__`] stored.
 #[pyfunction]
 pub fn _equilibrium(robot: PyRef<'_, Robot>, state: &[u8], version: &str) -> PyResult<Equilibrium> {
-    let fail = |what: &str| {
-        let own = env!("CARGO_PKG_VERSION");
-        PyValueError::new_err(format!(
-            "the stored equilibrium cannot be read ({what}): it is of cppr {version}, this is cppr {own}"
-        ))
-    };
-    if version != env!("CARGO_PKG_VERSION") {
-        return Err(fail("another version"));
-    }
-    let saved: SavedEquilibrium = postcard::from_bytes(state).map_err(|e| fail(&e.to_string()))?;
-    let found = saved.restore(&robot.shared.robot).ok_or_else(|| fail("another robot"))?;
+    let saved: SavedEquilibrium = stored::read(state, version)?;
+    let found =
+        saved.restore(&robot.shared.robot).ok_or_else(|| stored::unreadable("another robot", version))?;
     Ok(Equilibrium::new(Arc::clone(&robot.shared), found))
 }
 

@@ -4,7 +4,7 @@ use crate::arrays::{line, unmasked};
 use crate::command::Asked;
 use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
-use crate::errors;
+use crate::{errors, stored};
 use cppr::analysis::ACCURACY;
 use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
@@ -13,7 +13,7 @@ use cppr_io::{robot_file, robot_text};
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -255,15 +255,21 @@ impl Robot {
         }
     }
 
-    /// Pickled as built from its tubes.
+    /// Pickled and copied as its design, to the last digit.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let own = slf.get();
-        let arguments = (own.length(), own.tubes(slf.py())?, own.name());
-        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?))
+        let (py, state) = (slf.py(), stored::write(slf.get().design())?);
+        let restore = py.import("cppr._cppr")?.getattr("_robot")?;
+        Ok((restore, (PyBytes::new(py, &state), stored::VERSION).into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {
         let design = self.design();
         format!("Robot({}: {} tubes, {:.1} mm)", design.name, design.tubes.len(), design.length * 1e3)
     }
+}
+
+/// A robot from what [`Robot::__reduce__`] stored.
+#[pyfunction]
+pub fn _robot(py: Python<'_>, state: &[u8], version: &str) -> PyResult<Robot> {
+    Robot::build(py, stored::read(state, version)?)
 }

@@ -26,6 +26,15 @@ def branches() -> None:
     eq.continue_path(load_factor=2.5, step=1e-5, points=10**8, depth=1)
 
 
+def path_of_parts() -> None:
+    cppr.Bundle.from_toml("robots/bundles/two_sections.toml").solve().continue_path(pull=2e-3, step=1e-6, points=10**8)
+
+
+def history() -> None:
+    waypoints = [{"pull": 0.0}, {"pull": 2e-3}]
+    cppr.Bundle.from_toml("robots/bundles/two_sections.toml").cycle(waypoints, 0.1, steps=10**6)
+
+
 def ranges() -> None:
     cppr.Robot.from_toml("robots/childs3.toml").solve(settings=FINE).safe_ranges()
 
@@ -46,7 +55,7 @@ def calibrate() -> None:
     cppr.calibrate(cppr.Robot.from_toml("robots/r1.toml"), table, ["centroid_offset_factor"])
 
 
-@pytest.mark.parametrize("work", [path, branches, ranges, reach, match, calibrate])
+@pytest.mark.parametrize("work", [path, branches, path_of_parts, history, ranges, reach, match, calibrate])
 def test_ctrl_c_ends_it(work: Callable[[], None], r3: cppr.Robot) -> None:
     sent: list[float] = []
 

@@ -74,6 +74,46 @@ def test_no_equilibrium_is_stored_as_such() -> None:
         _ = again.jacobian
 
 
+BUNDLES = ["bundles/two_sections", "bundles/hybrid", "bundles/two_curved", "wrists/wrist90"]
+
+
+@pytest.mark.parametrize("store", WAYS, ids=["pickle", "copy", "deepcopy"])
+@pytest.mark.parametrize("name", BUNDLES)
+def test_a_robot_of_parts_is_the_same_again(name: str, store: Store) -> None:
+    robot = cppr.Bundle.from_toml(ROOT / f"robots/{name}.toml")
+    loads: list[cppr.Load] = [cppr.DistributedForce((0, 0, 0.02), 0.0, 0.3 * robot.lengths[0])]
+    asked: dict[str, Any] = {"pull": {2: 5e-4}, "rotate": {2: 0.2}, "tip_force": (0, 0, 5e-3), "loads": loads}
+    eq = robot.solve(**asked)
+    own, again = store(robot), store(eq)
+    assert own is not robot and (own.name, repr(own)) == (robot.name, repr(robot))
+    # The same design, the same numbers: to the last digit.
+    assert np.array_equal(own.solve(**asked).tip_position, eq.tip_position)
+    assert again is not eq and again.robot.name == robot.name and repr(again) == repr(eq)
+    for number in ("stable", "length", "tip_error", "force_error", "iterations", "joints", "inputs"):
+        assert getattr(again, number) == getattr(eq, number), number
+    for array in ("tip_position", "tip_rotation", "pull", "rotation", "tension", "torque", "jacobian", "response", "compliance"):
+        assert np.array_equal(getattr(again, array), getattr(eq, array)), array
+    fields, wanted = again.sample(), eq.sample()
+    for field in wanted:
+        assert np.array_equal(fields[field], wanted[field], equal_nan=True), field
+    # It goes on where it stood, with its own robot and with the one it came from.
+    asked["pull"] = {2: 6e-4}
+    onwards = [r.solve(**asked, start=s).tip_position for r in (again.robot, robot) for s in (again, eq)]
+    assert all(np.array_equal(tip, onwards[0]) for tip in onwards)
+    with pytest.raises(ValueError, match="another robot"):
+        cppr.Bundle.from_toml(ROOT / "robots/bundles/s_shape.toml").solve(start=again)
+
+
+def test_teeth_survive_pickling() -> None:
+    """What has no place in the dataclasses is kept too."""
+    text = (ROOT / "robots/r1.toml").read_text()
+    stiff = text.replace("[tube.notches]", '[tube.notches]\nteeth = "rigid"')
+    robot, plain = cppr.Robot.from_toml_text(stiff), cppr.Robot.from_toml_text(text)
+    tension = robot.solve(pull=3e-3).tension
+    assert tension[0] > 1.05 * plain.solve(pull=3e-3).tension[0]
+    assert np.array_equal(pickle.loads(pickle.dumps(robot)).solve(pull=3e-3).tension, tension)
+
+
 @pytest.mark.parametrize("store", WAYS[::2], ids=["pickle", "deepcopy"])
 def test_a_shape_has_arrays_of_its_own(store: Store) -> None:
     shape = solved("r3").sample(7)
@@ -105,6 +145,18 @@ def test_what_is_no_equilibrium_is_refused() -> None:
         restore(cppr.Robot.from_toml(ROOT / "robots/childs3.toml"), state, version)
 
 
+def test_what_is_no_robot_of_parts_is_refused() -> None:
+    robot = cppr.Bundle.from_toml(ROOT / "robots/bundles/two_sections.toml")
+    restore, (state, version) = robot.__reduce__()
+    with pytest.raises(ValueError, match="of cppr 0.0.1"):
+        restore(state, "0.0.1")
+    with pytest.raises(ValueError, match="cannot be read"):
+        restore(state[:20], version)
+    restore, (_, state, version) = robot.solve().__reduce__()
+    with pytest.raises(ValueError, match="another robot"):
+        restore(cppr.Bundle.from_toml(ROOT / "robots/bundles/s_shape.toml"), state, version)
+
+
 HALF = np.ma.masked_array([1e-3, 2e-3, 3e-3], mask=[False, True, False])
 POINT = np.ma.masked_array([[0.1, 0, 0], [0.12, 0, 0]], mask=[[0, 0, 0], [0, 1, 0]])
 
@@ -125,6 +177,28 @@ POINT = np.ma.masked_array([[0.1, 0, 0], [0.12, 0, 0]], mask=[[0, 0, 0], [0, 1, 
 def test_masked_values_are_refused(r3: cppr.Robot, call: Callable[[cppr.Robot], Any]) -> None:
     with pytest.raises(ValueError, match="masked values: leave them out"):
         call(r3)
+
+
+PART = cppr.Part(0.1, cppr.StiffnessTube(1e-3, bending_y=0.02, bending_z=0.01, torsion=0.01))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda r: r.solve(pull={2: HALF[1]}),
+        lambda r: r.solve(tip_force=HALF),
+        lambda r: r.solve(tip_moment=HALF),
+        lambda r: r.solve(loads=[cppr.Wrench(HALF)]),
+        lambda r: r.solve().match_shape(POINT),
+        lambda r: r.solve().reach(position=HALF),
+        lambda r: r.cycle([{"pull": 0.0}, {"pull": HALF[1]}], 0.1),
+        lambda r: cppr.Bundle([cppr.Tube([PART]), cppr.Tube([PART])], [cppr.Joint([1, 2], np.ma.masked_array([0.1, 0.1], mask=[0, 1]))]),
+        lambda r: cppr.Bundle([cppr.Tube([cppr.Part(HALF[1], PART.body)])]),
+    ],
+)
+def test_masked_values_are_refused_of_parts_too(call: Callable[[cppr.Bundle], Any]) -> None:
+    with pytest.raises((ValueError, TypeError), match="masked values: leave them out|must be a number, not MaskedConstant"):
+        call(cppr.Bundle.from_toml(ROOT / "robots/bundles/two_sections.toml"))
 
 
 def test_a_mask_that_hides_nothing_changes_nothing(r3: cppr.Robot) -> None:

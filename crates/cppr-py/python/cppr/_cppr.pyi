@@ -20,7 +20,10 @@ from ._show import View
 _Floats: TypeAlias = NDArray[np.float64]
 
 __all__ = [
+    "_bundle",
+    "_bundle_equilibrium",
     "_equilibrium",
+    "_robot",
     "_shape",
     "__version__",
     "Robot",
@@ -464,7 +467,10 @@ class Shape:
     def force(self) -> _Floats:
         """Axial force, tension positive, and shear forces (N); shape (n, N, 3)."""
 
+def _robot(state: bytes, version: str) -> Robot: ...
 def _equilibrium(robot: Robot, state: bytes, version: str) -> Equilibrium: ...
+def _bundle(state: bytes, version: str) -> Bundle: ...
+def _bundle_equilibrium(robot: Bundle, state: bytes, version: str) -> BundleEquilibrium: ...
 def _shape(
     x: _Floats,
     centre: _Floats,
@@ -486,7 +492,7 @@ class Bundle:
     """A checked robot of parts and joints: tubes of any length, bonded anywhere or free at their tips, curved or straight at rest.
 
     `tubes` are from outside to inside, and as many as nest. Without `joints` all tips are bonded to each other, which takes tubes
-    of one length; `joints=[]` leaves all tips free. Raises `RobotError` with what is wrong with the robot.
+    of one length; `joints=[]` leaves all tips free. Raises `RobotError` with what is wrong with the robot. Can be pickled and copied.
     """
 
     def __new__(
@@ -559,7 +565,14 @@ class Bundle:
 
 @final
 class BundleEquilibrium:
-    """A robot of parts and joints under a command. n stands for the number of tubes."""
+    """A robot of parts and joints under a command. n stands for the number of tubes.
+
+    Pickled and copied with its robot and its own numbers; nothing is solved again.
+    """
+
+    @property
+    def robot(self) -> Bundle:
+        """Its robot."""
 
     @property
     def name(self) -> str:
