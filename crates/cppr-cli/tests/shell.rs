@@ -152,6 +152,66 @@ fn shells_take_the_completions() {
     assert_eq!(offers(&["cppr", "solve", "--tip-f"]).trim(), "--tip-force");
 }
 
+/// What a program prints, where it is installed.
+fn printed(program: &str, arguments: &[&str]) -> Option<String> {
+    let output = Command::new(program).args(arguments).output().ok()?;
+    Some(text(&output.stdout))
+}
+
+#[test]
+fn fish_completes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cppr.fish");
+    std::fs::write(&file, cppr(&["completions", "fish"]).stdout).unwrap();
+    let offers = |line: &str| {
+        let home = format!("set -x HOME {}; ", folder.path().display());
+        printed(
+            "fish",
+            &["--no-config", "-c", &format!("{home}source {}; complete -C '{line}'", file.display())],
+        )
+    };
+    let Some(tasks) = offers("cppr so") else {
+        eprintln!("fish is not installed: its completions were not tried");
+        return;
+    };
+    let first =
+        |list: &str| list.lines().map(|l| l.split('\t').next().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(first(&tasks), ["solve"], "{tasks}");
+    assert_eq!(first(&offers("cppr solve --tip-f").unwrap()), ["--tip-force"]);
+    assert!(first(&offers("cppr solve robots/r3.toml --").unwrap()).contains(&"--pull".to_owned()));
+}
+
+/// A shell on a terminal of its own, in which Tab is pressed: what is run then says how the line was completed.
+#[test]
+fn zsh_completes() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("_cppr"), cppr(&["completions", "zsh"]).stdout).unwrap();
+    let script = folder.path().join("driver");
+    let typed = |line: &str| {
+        let text = format!(
+            "zmodload zsh/zpty || exit 1\n\
+             zpty shell zsh -f -i\n\
+             zpty -w shell 'PS1=; fpath=({} $fpath); autoload -Uz compinit; compinit -D -u; cppr() {{ print \"ran:$*:\" }}; print rea\"\"dy'\n\
+             zpty -r shell seen '*ready*'\n\
+             zpty -w -n shell $'{line}\\t'\n\
+             zpty -w -n shell $'\\n'\n\
+             zpty -r shell seen '*ran:*:*'\n\
+             print -r -- $seen\n",
+            folder.path().display()
+        );
+        std::fs::write(&script, text).unwrap();
+        printed("timeout", &["60", "zsh", "-f", script.to_str().unwrap()])
+    };
+    if Command::new("zsh").arg("--version").output().is_err() {
+        eprintln!("zsh is not installed: its completions were not tried");
+        return;
+    }
+    for (line, run) in [("cppr so", "ran:solve:"), ("cppr solve --tip-f", "ran:solve --tip-force:")] {
+        let seen = typed(line).unwrap();
+        assert!(seen.contains(run), "{line}: {seen}");
+    }
+}
+
 #[test]
 fn every_sub_command_has_a_manual_page() {
     let folder = tempfile::tempdir().unwrap();
