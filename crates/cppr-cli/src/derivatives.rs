@@ -17,7 +17,7 @@ use cppr_io::bundle_file::Described;
 use cppr_sweep::DesignKeys;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Shown by `--help`.
 pub const EXAMPLES: &str = "\
@@ -25,13 +25,25 @@ Examples:
   cppr derivatives robots/r3.toml --pull 5mm
   cppr derivatives robots/r3.toml --pull 5mm --rotate 20deg --by material.youngs_modulus_GPa,tube2.notches.depth_mm.0
   cppr derivatives robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm --json -
-  cppr derivatives robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
+  cppr derivatives robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm --by tube2.stiffness.centroid_offset_mm,tube3.part2.length_mm
 
 Keys are those of the robot file, as for cppr sweep --vary. Columns: tip position (mm), tip rotation about the base frame's axes (deg),
 and what each actuator exerts (N, N mm) or, where its effort is given, where it stands (mm, deg).";
 
 /// Step of a parameter against its value.
 const STEP: f64 = 1e-3;
+/// The same of a robot with parts or joints, whose equilibria are found anew with another error of their integration.
+pub const STEP_OF_PARTS: f64 = 4e-3;
+
+/// Components of a wrench on the tip, and the sizes of their units (SI).
+pub const LOADS: [(&str, f64); 6] = [
+    ("tip force x (N)", 1.0),
+    ("tip force y (N)", 1.0),
+    ("tip force z (N)", 1.0),
+    ("tip moment x (N mm)", 1e-3),
+    ("tip moment y (N mm)", 1e-3),
+    ("tip moment z (N mm)", 1e-3),
+];
 
 /// Arguments of `cppr derivatives`.
 #[derive(clap::Args)]
@@ -51,12 +63,35 @@ pub struct Args {
 }
 
 /// Derivatives by one number of the robot file, in the unit of its key.
-struct ByKey {
-    key: String,
+pub struct ByKey {
+    pub key: String,
     /// Tip twist per unit: m and rad.
-    twist: [f64; 6],
+    pub twist: [f64; 6],
     /// Conjugate of every input per unit (SI).
-    response: Vec<f64>,
+    pub response: Vec<f64>,
+}
+
+/// The text of a robot file.
+pub fn as_written(robot: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(robot)
+        .map_err(|e| Failure::Input(format!("{}: cannot be read: {e}", robot.display())))
+}
+
+/// A number of a robot file, ready to be moved, and its value.
+pub fn moved_keys(text: &str, key: &str) -> Result<(DesignKeys, f64), Failure> {
+    let fail = |why: String| Failure::Input(format!("--by {key}: {why}"));
+    let keys = DesignKeys::new(text, &[key]).map_err(|p| fail(p.to_string()))?;
+    let value = keys.values()[0];
+    if value.abs() <= 0.0 {
+        return Err(fail("the value is 0, from which no step follows; write it away from 0".into()));
+    }
+    Ok((keys, value))
+}
+
+/// A rotation from one that is near, first order in their distance (rad): its antisymmetric part.
+pub fn spin_from(rotation: &Matrix3<f64>, before: &Matrix3<f64>) -> Vector3<f64> {
+    let turn = rotation * before.transpose();
+    Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]) * 0.5
 }
 
 /// Differentiates, prints, writes.
@@ -73,9 +108,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let exact = solver.sensitivity(found).map_err(|_| {
         Failure::NoEquilibrium("the tangent is singular here, at a fold: nothing has a derivative".into())
     })?;
-    let shown = args.robot.display();
-    let text = std::fs::read_to_string(&args.robot)
-        .map_err(|e| Failure::Input(format!("{shown}: cannot be read: {e}")))?;
+    let text = as_written(&args.robot)?;
     let mut keys = Vec::new();
     for key in &args.by {
         keys.push(by_key(&text, key.trim(), &mut solver, found, &exact)?);
@@ -100,24 +133,14 @@ fn by_key(
     exact: &Sensitivity,
 ) -> Result<ByKey, Failure> {
     let fail = |why: String| Failure::Input(format!("--by {key}: {why}"));
-    let keys = DesignKeys::new(text, &[key]).map_err(|p| fail(p.to_string()))?;
-    let value = keys.values()[0];
-    if value.abs() <= 0.0 {
-        return Err(fail("the value is 0, from which no step follows; write it away from 0".into()));
-    }
+    let (keys, value) = moved_keys(text, key)?;
     let at = |by: f64| keys.clone().robot(&[value + by]).ok();
     let moved = Perturbed::new(STEP * value, at)
         .ok_or_else(|| fail(format!("no robot can be built with a value {} % off", 200.0 * STEP)))?;
     let cppr::kinematics::TipPose { rotation: before, .. } = solver.tip(found);
     let read = |solver: &mut Solver, found: &Equilibrium| -> Vec<f64> {
         let cppr::kinematics::TipPose { rotation, centre: tip } = solver.tip(found);
-        // The rotation from the tip as it was, first order in the step: its antisymmetric part.
-        let turn: Matrix3<f64> = rotation * before.transpose();
-        let spin = Vector3::new(
-            turn[(2, 1)] - turn[(1, 2)],
-            turn[(0, 2)] - turn[(2, 0)],
-            turn[(1, 0)] - turn[(0, 1)],
-        ) * 0.5;
+        let spin = spin_from(&rotation, &before);
         let mut values: Vec<f64> = tip.iter().chain(spin.iter()).copied().collect();
         values.extend(conjugates(solver, found, &exact.inputs));
         values
@@ -186,17 +209,7 @@ fn table(robot: &Robot, found: &Equilibrium, exact: &Sensitivity, keys: &[ByKey]
         let quantity = input.quantity();
         row(format!("{} ({})", name(*input), quantity.shown_unit), values, quantity.shown_size);
     }
-    for (c, (head, size)) in [
-        ("tip force x (N)", 1.0),
-        ("tip force y (N)", 1.0),
-        ("tip force z (N)", 1.0),
-        ("tip moment x (N mm)", 1e-3),
-        ("tip moment y (N mm)", 1e-3),
-        ("tip moment z (N mm)", 1e-3),
-    ]
-    .into_iter()
-    .enumerate()
-    {
+    for (c, (head, size)) in LOADS.into_iter().enumerate() {
         let answers = exact.response_by_wrench.column(c);
         let values = exact.compliance.column(c).iter().chain(answers.iter()).copied().collect();
         row(head.into(), values, size);

@@ -51,3 +51,90 @@ fn unknown_keys_are_refused() {
         assert!(output.status.code() == Some(2) && said.contains(part), "{said}");
     }
 }
+
+fn answered(robot: &str, by: &str, drives: &[&str]) -> Value {
+    let head = ["derivatives", robot, "--by", by, "--json", "-"];
+    let output = cppr(&[&head[..], drives].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn numbers(list: &Value) -> Vec<f64> {
+    list.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+/// Two uniform tubes bend by the pull over the sum of their centroid offsets, whatever their stiffness.
+#[test]
+fn of_parts_by_a_centroid_offset_is_in_closed_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("parts.toml");
+    let tube = |offset: f64, opening: u32| {
+        format!(
+            "[[tube]]\nlength_mm = 100\nstiffness = {{ centroid_offset_mm = {offset:?}, bending_y_Nmm2 = 20000.0, \
+             bending_z_Nmm2 = 10000.0, torsion_Nmm2 = 8000.0, opening_deg = {opening} }}\n"
+        )
+    };
+    let text = format!("name = \"parts\"\n{}{}[[joint]]\ntubes = [1, 2]\n", tube(2.0, 180), tube(1.0, 0));
+    std::fs::write(&file, text).unwrap();
+    let robot = file.to_str().unwrap();
+    let (pull, sum) = (5.0, 3.0);
+    for key in ["tube1.stiffness.centroid_offset_mm", "tube2.stiffness.centroid_offset_mm"] {
+        let answer = answered(robot, key, &["--pull", "5mm"]);
+        let by = &answer["by"][0];
+        let slopes = numbers(&by["tip_twist_per_unit"]);
+        assert!(slopes[5].abs() > 0.5, "{slopes:?}");
+        for (row, slope) in slopes.into_iter().enumerate() {
+            // Column of the pull of tube 2, per mm.
+            let of_pull = 1e-3 * numbers(&answer["tip_jacobian"][row])[2];
+            let want = -pull / sum * of_pull;
+            assert!((slope - want).abs() < 1e-6, "{key} {row}: {slope} {want}");
+        }
+        assert!(by["change_on_halving"].as_f64().unwrap() < 1e-4, "{by}");
+    }
+}
+
+/// A robot of one length is one of parts too: both kinds of derivatives agree on it.
+#[test]
+fn of_parts_agree_with_those_of_the_modes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("parts.toml");
+    let text = std::fs::read_to_string("../../robots/r3.toml").unwrap();
+    std::fs::write(&file, text.replace("[[tube]]", "[[tube]]\nlength_mm = 150")).unwrap();
+    let keys = "material.youngs_modulus_GPa,tube2.notches.depth_mm.0";
+    let drives = ["--pull", "5mm", "--rotate", "20deg", "--tip-force", "0,0,0.05N"];
+    let (modes, parts) =
+        (answered("robots/r3.toml", keys, &drives), answered(file.to_str().unwrap(), keys, &drives));
+    for (a, b) in modes["by"].as_array().unwrap().iter().zip(parts["by"].as_array().unwrap()) {
+        let near = |a: &[f64], b: &[f64]| {
+            let greatest = a.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            assert!(greatest > 1e-5, "{a:?}");
+            for (a, b) in a.iter().zip(b) {
+                assert!((a - b).abs() < 1e-3 * greatest, "{a} {b} of {greatest}");
+            }
+        };
+        let (of_modes, of_parts) = (numbers(&a["tip_twist_per_unit"]), numbers(&b["tip_twist_per_unit"]));
+        near(&of_modes[..3], &of_parts[..3]);
+        near(&of_modes[3..], &of_parts[3..]);
+        // Tube 1 of a robot of parts has motors too.
+        let (of_modes, of_parts) = (numbers(&a["response_per_unit"]), numbers(&b["response_per_unit"]));
+        near(&of_modes[..1], &of_parts[2..3]);
+        near(&of_modes[1..], &of_parts[3..]);
+    }
+}
+
+#[test]
+fn of_parts_are_told_in_two_blocks() {
+    let robot = "robots/bundles/two_sections.toml";
+    let output = cppr(&["derivatives", robot, "--pull", "2=3mm", "--by", "tube3.part2.length_mm"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(text.lines().filter(|l| l.trim_start().starts_with("by ")).count(), 3, "{text}");
+    assert_eq!(text.lines().filter(|l| l.contains("tube3.part2.length_mm")).count(), 2, "{text}");
+    assert!(
+        text.contains("x mm") && text.contains("t4 torque N mm") && text.contains("tip moment z (N mm)"),
+        "{text}"
+    );
+    let refused = cppr(&["derivatives", robot, "--by", "tube3.part9.length_mm"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && said.contains("its list ends with"), "{said}");
+}
