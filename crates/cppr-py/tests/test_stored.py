@@ -179,7 +179,7 @@ def test_masked_values_are_refused(r3: cppr.Robot, call: Callable[[cppr.Robot], 
         call(r3)
 
 
-PART = cppr.Part(0.1, cppr.StiffnessTube(1e-3, bending_y=0.02, bending_z=0.01, torsion=0.01))
+PART = cppr.Part(0.1, cppr.StiffnessTube(1e-3, 0.02, 0.01, 0.01, opening=0.0))
 
 
 @pytest.mark.parametrize(
