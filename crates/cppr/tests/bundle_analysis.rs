@@ -11,7 +11,7 @@ use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, FreeInput, Measured, ShapePoint, Target};
 use cppr::analysis::{BundleAnalysis, Limit, MovedBundle, SafeRange, Settled, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
-use cppr::bundle::{Bundle, BundleDesign};
+use cppr::bundle::{Bundle, BundleDesign, Part, TubeParts};
 use cppr::design::{BelowPlate, Robot, TubeDesign};
 use cppr::kinematics::Resolution;
 use cppr::solve::{Actuator, Command, Drive, Freedom, Input, Settings, Solver};
