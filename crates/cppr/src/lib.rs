@@ -40,6 +40,7 @@
 
 pub mod analysis;
 pub mod bundle;
+pub mod clearance;
 mod dense;
 pub mod design;
 pub mod kinematics;

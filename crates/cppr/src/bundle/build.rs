@@ -3,7 +3,7 @@
 use super::curve::{Piece, Values};
 use super::{Bundle, BundleTube, Shaft};
 use crate::design::metal::Metal;
-use crate::design::robot::{barycentric, chebyshev, misfit};
+use crate::design::robot::{barycentric, chebyshev, gap, misfit};
 use crate::design::{
     BelowPlate, CellFactors, DesignProblem, DesignProblems, JointProblem, NotchedTube, Outline, Profile,
     Robot, RobotDesign, SectionError, StiffnessTube, Torsion, TubeDesign,
@@ -101,6 +101,18 @@ impl BundleDesign {
     #[must_use]
     pub fn has_axial_stiffness(&self) -> bool {
         !self.bodies().any(|body| matches!(body, TubeDesign::Stiffness(t) if t.axial.is_none()))
+    }
+
+    /// Least radial gap (m) between every tube and the one inside it, from outside to inside; `None` where a part of either is given by its
+    /// stiffness.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Option<f64>> {
+        let least = |pair: &[TubeParts]| {
+            let each = pair[0].parts.iter().flat_map(|a| pair[1].parts.iter().map(|b| gap(&a.body, &b.body)));
+            let all: Option<Vec<f64>> = each.collect();
+            all.and_then(|gaps| gaps.into_iter().reduce(f64::min))
+        };
+        self.tubes.windows(2).map(least).collect()
     }
 
     fn bodies(&self) -> impl Iterator<Item = &TubeDesign> {

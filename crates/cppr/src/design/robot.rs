@@ -236,6 +236,12 @@ impl Robot {
         self.design().tubes.iter().zip(1..).filter_map(end).collect()
     }
 
+    /// Radial gap (m) between every tube and the one inside it, from outside to inside; `None` where a tube is given by its stiffness.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Option<f64>> {
+        self.design().tubes.windows(2).map(|pair| gap(&pair[0], &pair[1])).collect()
+    }
+
     /// Rest length L (m).
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -345,16 +351,25 @@ fn check_nesting(tubes: &[TubeDesign], problems: &mut Vec<DesignProblem>) {
 
 /// Reach of the inner tube and bore of the outer one (m), where the one does not fit into the other.
 pub(crate) fn misfit(outer: &TubeDesign, inner: &TubeDesign) -> Option<(f64, f64)> {
+    fit(outer, inner).filter(|(reach, bore)| reach > bore)
+}
+
+/// Radial gap (m) that is left between two tubes, where the radii of both are known.
+pub(crate) fn gap(outer: &TubeDesign, inner: &TubeDesign) -> Option<f64> {
+    fit(outer, inner).map(|(reach, bore)| bore - reach)
+}
+
+/// Reach of the inner tube and bore of the outer one (m), where both are known.
+fn fit(outer: &TubeDesign, inner: &TubeDesign) -> Option<(f64, f64)> {
     let (outer, inner) = (outline(outer)?, outline(inner)?);
-    let (reach, bore) = match (inner, outer) {
+    Some(match (inner, outer) {
         // Alike polygons slide flat on flat.
         (
             Outline::Polygon { sides, outer_apothem, .. },
             Outline::Polygon { sides: around, inner_apothem, .. },
         ) if sides == around => (*outer_apothem, *inner_apothem),
         _ => (inner.outer_reach(), outer.inner_clearance()),
-    };
-    (reach > bore).then_some((reach, bore))
+    })
 }
 
 fn tabulate(number: usize, tube: &TubeDesign, length: f64) -> Result<Fields, Vec<DesignProblem>> {
