@@ -40,7 +40,7 @@ impl AccuracyArgs {
     }
 
     /// Solves from rest; where that finds no stable equilibrium, follows the path of equilibria from rest to the command. What is found may be no equilibrium.
-    pub fn solve(&self, solver: &mut Solver, command: &Command) -> Result<Followed, Failure> {
+    pub fn solve(solver: &mut Solver, command: &Command) -> Result<Followed, Failure> {
         let equilibrium = solver.solve(command).map_err(|p| Failure::Input(p.to_string()))?;
         let found = Followed { equilibrium, folds: Vec::new() };
         if found.equilibrium.status() == Status::Converged {
@@ -51,7 +51,7 @@ impl AccuracyArgs {
 
     /// The same with as many modes as it needs, which the solver keeps.
     pub fn solve_resolved(&self, solver: &mut Solver, command: &Command) -> Result<Resolved, Failure> {
-        let Followed { equilibrium, folds } = self.solve(solver, command)?;
+        let Followed { equilibrium, folds } = Self::solve(solver, command)?;
         if !equilibrium.status().is_equilibrium() {
             return Err(no_equilibrium(&equilibrium));
         }

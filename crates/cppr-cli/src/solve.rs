@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (args.command.solver(&robot)?, command)
     };
     let start = Instant::now();
-    let Followed { equilibrium: found, folds } = args.accuracy.solve(&mut solver, &command)?;
+    let Followed { equilibrium: found, folds } = AccuracyArgs::solve(&mut solver, &command)?;
     let time = start.elapsed();
     if !found.status().is_equilibrium() {
         if let Some(path) = json {

@@ -7,8 +7,10 @@ use cppr::solve::{Drive, Freedom, Input};
 use std::error::Error;
 use std::time::Instant;
 
-/// Robot, and the motors that move: tube, translation (mm) and rotation (deg).
-const ROBOTS: [(&str, &[(usize, f64, f64)]); 5] = [
+/// Tube, translation (mm) and rotation (deg) of a motor that moves.
+type Motor = (usize, f64, f64);
+
+const ROBOTS: [(&str, &[Motor]); 5] = [
     ("bundles/concentric3", &[(2, 5.0, 40.0), (3, 10.0, -30.0)]),
     ("bundles/two_sections", &[(2, 3.0, 0.0), (4, 2.0, 0.0)]),
     ("bundles/s_shape", &[(2, 2.0, 0.0)]),

@@ -13,9 +13,9 @@ use cppr::analysis::inverse::{
     Accuracy, FreeInput, InverseProblem, Measured, Reach, Sensed, ShapeMatch, ShapePoint, Target,
     Uncertainty, free_near, free_within,
 };
-use cppr::analysis::{BundleAnalysis, Governing, RangeProblem, Teeth, governing};
-use cppr::bundle::solve::{BundleCommand, BundleEquilibrium as BundleFound};
-use cppr::solve::{Equilibrium as RobotFound, Input, Quantity};
+use cppr::analysis::{Governing, RangeProblem, Teeth, governing};
+use cppr::bundle::solve::BundleEquilibrium as BundleFound;
+use cppr::solve::{Equilibrium as RobotFound, Quantity};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::Arc;
@@ -174,7 +174,7 @@ pub fn match_shape<'py>(
         Either::Bundle(own) => {
             let command = own.found.command();
             let searched = own.analysed(py, |analysis| {
-                let free = free_of_bundle(analysis, command)?;
+                let free = analysis.free(command)?;
                 let answer = analysis.shape_match(command, &free, &points);
                 Ok::<_, RangeProblem>((free, answer))
             })?;
