@@ -3,6 +3,7 @@
 use crate::Failure;
 use crate::bundle::{self, Ready};
 use crate::bundle_figure;
+use crate::clearance::{Gap, Play, RADII, gap};
 use crate::command::{CommandArgs, build};
 use crate::exceeded::Exceeded;
 use crate::figure;
@@ -31,6 +32,7 @@ Examples:
   cppr limits robots/r4.toml --pull -4mm --plot utilisation.svg --csv notches.csv --json -
   cppr limits robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm
   cppr limits robots/bundles/two_sections.toml --pull 2=1mm
+  cppr limits robots/r1.toml --pull 5mm --tip-force 0,0.1962,0N --clearance 0.2mm
 
 Each range is that of one actuator while the others and the loads stay as given. The strain counts where the robot
 file has allowable_strain_percent; docs/src/limits.md derives what is computed.";
@@ -47,6 +49,9 @@ pub struct Args {
     /// Let the teeth bend as the notches do: the least strain and closure there can be
     #[arg(long)]
     bending_teeth: bool,
+    /// Estimate the effect of a radial gap of this size between all tubes; by default, of those that the radii leave
+    #[arg(long, value_name = "GAP", default_value = RADII, value_parser = gap)]
+    clearance: Gap,
     /// Write ranges, notches and the pose, - for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -80,6 +85,8 @@ struct Report {
     notches: Vec<NotchCapacity>,
     /// Of the pose.
     resolved: Option<Resolved>,
+    /// What clearance would change.
+    play: Option<Play>,
 }
 
 /// Computes, prints, writes.
@@ -120,6 +127,10 @@ fn of_robot(args: &Args, robot: &Robot, teeth: Teeth) -> Result<Report, Failure>
         Some(exceeded) => Err(exceeded.text()),
         None => ranges(args, &mut solver, &command, teeth)?,
     };
+    let gaps = args.clearance.between(robot.gaps());
+    let integrated =
+        if gaps.iter().flatten().any(|gap| *gap > 0.0) { solver.integrated(found) } else { None };
+    let play = integrated.and_then(|own| Play::of(&mut own.solver(), &own.equilibrium, &gaps));
     Ok(Report {
         name: robot.design().name.clone(),
         length: robot.length(),
@@ -134,6 +145,7 @@ fn of_robot(args: &Args, robot: &Robot, teeth: Teeth) -> Result<Report, Failure>
         ranges,
         notches: notch_capacities(robot, teeth),
         resolved: Some(resolved),
+        play,
     })
 }
 
@@ -186,6 +198,7 @@ fn of_bundle(args: &Args, design: &BundleDesign, teeth: Teeth) -> Result<Report,
         ranges,
         notches: Vec::new(),
         resolved: None,
+        play: Play::of(&mut analysis.solver, &found, &args.clearance.between(design.gaps())),
     })
 }
 
@@ -232,6 +245,9 @@ impl Report {
         let _ = writeln!(text, "{}: {} mm, {teeth}", self.name, millimetres(self.length));
         self.ranges_table(&mut text);
         self.pose_table(&mut text);
+        if let Some(play) = &self.play {
+            play.write(&mut text);
+        }
         self.notches_table(&mut text);
         text
     }
@@ -395,6 +411,7 @@ impl Report {
             "schema": "cppr/limits", "schema_version": 1, "robot": self.name,
             "teeth": match self.teeth { Teeth::Rigid => "rigid", Teeth::Bending => "bending" },
             "euler_load_N": self.euler_load, "notches": notches, "ranges": ranges,
+            "clearance": self.play.as_ref().map(Play::json),
             "pose": {
                 "status": status, "margin_to_instability": self.margin,
                 "tensions_N": self.tensions.iter().map(|own| own.1).collect::<Vec<_>>(),

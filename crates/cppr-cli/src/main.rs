@@ -10,6 +10,7 @@ mod calibrate;
 mod cell;
 mod check;
 mod checkpoint;
+mod clearance;
 mod cloud;
 mod command;
 mod continuation;

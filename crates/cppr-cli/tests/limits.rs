@@ -52,3 +52,29 @@ fn what_cannot_be_judged_is_said() {
     let none = cppr(&["limits", "robots/r1.toml", "--tension", "1e6N"]);
     assert_eq!(none.status.code(), Some(3), "{}", text(&none.stderr));
 }
+
+/// What gaps change is estimated for robots of either kind, and a gap can be given where radii are not known.
+#[test]
+fn gaps_are_estimated() {
+    let limits = |arguments: &[&str]| -> Value {
+        let output = cppr(&[&["limits"], arguments, &["--json", "-"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let bent = limits(&["robots/r1.toml", "--pull", "5mm", "--tip-force", "0,0.1962,0N"]);
+    let pair = &bent["clearance"]["pairs"][0];
+    assert_eq!((&pair["outer"], &pair["inner"], &pair["touches"]), (&1.into(), &2.into(), &true.into()));
+    assert!((pair["gap_m"].as_f64().unwrap() - 0.5e-3).abs() < 1e-12);
+    let follower = &bent["clearance"]["actuators"][1];
+    assert!(follower["backlash_m"].as_f64().unwrap() > 1e-4);
+    let tension = follower["tension_N"].as_f64().unwrap();
+    assert!(tension < 0.9 * bent["pose"]["tensions_N"][0].as_f64().unwrap(), "{tension}");
+    let narrow = limits(&["robots/r1.toml", "--pull", "5mm", "--clearance", "0.05mm"]);
+    assert!(narrow["clearance"]["pairs"][0]["offset_m"].as_f64().unwrap() < 0.05e-3);
+    let sections = limits(&["robots/bundles/two_sections.toml", "--pull", "2=1mm"]);
+    assert!(!sections["clearance"]["pairs"].as_array().unwrap().is_empty());
+    let output = cppr(&["limits", "robots/r1.toml", "--pull", "5mm", "--tip-force", "0,0.1962,0N"]);
+    assert!(text(&output.stdout).contains("(backlash)"));
+    let output = cppr(&["limits", "robots/r1.toml", "--clearance", "-1mm"]);
+    assert_eq!(output.status.code(), Some(2));
+}

@@ -40,6 +40,7 @@ COMMANDS = {
         "robots/r4.toml --pull -4mm",
         "robots/childs3.toml",
         "robots/r1.toml --pull 140mm",
+        "robots/r1.toml --clearance 0.2mm",
     ],
     "reach": [
         "robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N",

@@ -21,6 +21,7 @@
 //! ```
 
 pub mod bundle_file;
+pub mod clearance_record;
 pub mod contact_record;
 pub mod continuation;
 pub mod csv_table;

@@ -6,7 +6,7 @@ use crate::command::{KEYWORDS, add_loads, full_turns, tube_number};
 use crate::design::Reader;
 use crate::robot::Robot;
 use crate::watch::stoppable;
-use crate::{errors, rubbing, stored};
+use crate::{clearance, errors, rubbing, stored};
 use cppr::analysis::{Asked, BundleAnalysis, Demand, Sensitivity, absurd_bundle_demand};
 use cppr::bundle::solve::{
     BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
@@ -499,6 +499,13 @@ impl BundleEquilibrium {
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
         let friction = rubbing::friction(coefficient, guide)?;
         self.with(|solver| rubbing::bounds(py, solver, &self.found, &friction))
+    }
+
+    /// What gaps between the tubes make of the pose, estimated.
+    #[pyo3(signature = (gap = None))]
+    fn clearance_estimate<'py>(&self, py: Python<'py>, gap: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+        let gaps = clearance::gaps(gap, self.design.gaps())?;
+        self.with(|solver| clearance::estimate(py, &mut solver.clone(), &self.found, &gaps))
     }
 
     /// Fields at sections at most `spacing` (m) apart, from the plate to the last tip.

@@ -2,7 +2,11 @@
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
 use crate::robot::{Robot, Shared};
+<<<<<<< HEAD
 use crate::{analysis, command, errors, rubbing, stored};
+=======
+use crate::{analysis, clearance, command, errors, rubbing};
+>>>>>>> 07c4583 (cppr limits and Python tell what the gaps between the tubes change)
 use cppr::Vector3;
 use cppr::analysis::{Accuracy, Against, Integrated};
 use cppr::analysis::{Section, Sensitivity, total_bend};
@@ -125,6 +129,14 @@ impl Equilibrium {
         let friction = rubbing::friction(coefficient, guide)?;
         let own = self.integrated(py)?;
         rubbing::bounds(py, &own.solver(), &own.equilibrium, &friction)
+    }
+
+    /// What gaps between the tubes make of the pose, estimated.
+    #[pyo3(signature = (gap = None))]
+    fn clearance_estimate<'py>(&self, py: Python<'py>, gap: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+        let gaps = clearance::gaps(gap, self.found.robot().gaps())?;
+        let own = self.integrated(py)?;
+        clearance::estimate(py, &mut own.solver(), &own.equilibrium, &gaps)
     }
 
     #[getter]

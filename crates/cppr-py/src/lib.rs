@@ -12,6 +12,7 @@ mod analysis;
 mod arrays;
 mod bundle;
 mod calibrate;
+mod clearance;
 mod command;
 mod design;
 mod equilibrium;

@@ -229,6 +229,23 @@ def test_tubes_press_on_each_other_and_rub() -> None:
         eq.friction(-0.1)
 
 
+def test_gaps_are_estimated() -> None:
+    path = ROOT / "robots/r1.toml"
+    modal = cppr.Robot.from_toml(path).solve(6 * cppr.mm)
+    eq = cppr.Bundle.from_toml(path).solve(pull=6 * cppr.mm)
+    told = [own.clearance_estimate() for own in (modal, eq)]
+    for own in told:
+        (pair,) = own["pairs"]
+        assert pair["gap"] == pytest.approx(0.5e-3) and pair["touches"]
+        assert 0.4e-3 < pair["offset"] < 0.5e-3 and 0.01 < pair["layer"] < 0.04
+        assert own["pull"][1] == pytest.approx(6e-3, abs=5e-6)
+        assert own["tension"][1] < 0.9 * eq.tension[1] and np.isnan(own["backlash"][0])
+    assert np.allclose(told[0]["tip_position"], told[1]["tip_position"], atol=1e-7)
+    assert eq.clearance_estimate(gap=0.0)["pairs"] == []
+    with pytest.raises(ValueError, match="at least 0"):
+        eq.clearance_estimate(gap=-1e-3)
+
+
 def test_a_cycle_comes_back_to_its_loop() -> None:
     robot = cppr.Bundle.from_toml(ROOT / "robots/r1.toml")
     path = [{"pull": x * cppr.mm} for x in (0, 3, 0, 3)]

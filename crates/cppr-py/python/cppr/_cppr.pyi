@@ -192,6 +192,15 @@ class Equilibrium:
         `NoEquilibrium` where one of them was not found.
         """
 
+    def clearance_estimate(self, gap: float | None = None) -> dict[str, Any]:
+        """What radial gaps between the tubes make of the pose, estimated: those that the radii leave, or `gap` (m) between all tubes.
+
+        `pairs` has per pair of neighbours the tube numbers `outer` and `inner`, `gap` (m), the mean `offset` of the inner tube's axis (m), the length
+        `layer` behind the plate beyond which it lies on the wall (m) and whether it does, `touches`. `tip_position` (m) and `tip_direction` are those of the tip; per tube,
+        the outermost first, `pull` (m), `tension` (N) and `backlash` (m), the travel over which the tension passes zero, NaN where there is none. Raises `NoEquilibrium`
+        where the estimate cannot be made.
+        """
+
     @property
     def robot(self) -> Robot:
         """The robot."""
@@ -640,6 +649,15 @@ class BundleEquilibrium:
 
         Each has `tip_position` (m), and per tube, the leader first, `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m). Raises
         `NoEquilibrium` where one of them was not found.
+        """
+
+    def clearance_estimate(self, gap: float | None = None) -> dict[str, Any]:
+        """What radial gaps between the tubes make of the pose, estimated: those that the radii leave, or `gap` (m) between all tubes.
+
+        `pairs` has per pair of neighbours the tube numbers `outer` and `inner`, `gap` (m), the mean `offset` of the inner tube's axis (m), the length
+        `layer` behind the plate beyond which it lies on the wall (m) and whether it does, `touches`. `tip_position` (m) and `tip_direction` are those of the tip; per tube,
+        the outermost first, `pull` (m), `tension` (N) and `backlash` (m), the travel over which the tension passes zero, NaN where there is none. Raises `NoEquilibrium`
+        where the estimate cannot be made.
         """
 
     @property
