@@ -2,11 +2,7 @@
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
 use crate::robot::{Robot, Shared};
-<<<<<<< HEAD
-use crate::{analysis, command, errors, rubbing, stored};
-=======
-use crate::{analysis, clearance, command, errors, rubbing};
->>>>>>> 07c4583 (cppr limits and Python tell what the gaps between the tubes change)
+use crate::{analysis, clearance, command, errors, rubbing, stored};
 use cppr::Vector3;
 use cppr::analysis::{Accuracy, Against, Integrated};
 use cppr::analysis::{Section, Sensitivity, total_bend};

@@ -48,9 +48,9 @@ pub struct BundleEquilibrium {
     pub frame: Matrix3<f64>,
     /// Length of the centreline (m).
     pub length: f64,
-    /// Has the second variation no negative eigenvalue, see [`BundleSolver::inertia`]?
+    /// Has the second variation no negative eigenvalue, see [`inertia`](super::solve::BundleSolver::inertia)?
     pub stable: bool,
-    /// What [`BundleSolver::inertia`] counted.
+    /// What [`inertia`](super::solve::BundleSolver::inertia) counted.
     pub(crate) inertia: Option<usize>,
     /// Where the path of stable equilibria from rest or a neighbour ended, if it did not arrive.
     pub(crate) ended: Option<PathEnd>,
