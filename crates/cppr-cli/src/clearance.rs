@@ -66,7 +66,7 @@ impl Play {
 
     pub fn write(&self, text: &mut String) {
         let Estimate { pairs, efforts, tip, frame, backlash } = &self.estimate;
-        let _ = writeln!(text, "  with the gaps that the radii leave (estimate)");
+        let _ = writeln!(text, "  with gaps between the tubes (estimate)");
         let mut line = |head: &str, rest: String| {
             let _ = writeln!(text, "    {head:<16}{rest}");
         };

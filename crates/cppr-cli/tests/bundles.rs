@@ -78,7 +78,7 @@ fn other_commands_say_what_takes_such_a_robot() {
         &["calibrate", S, "--data", "examples/calibration/r1.csv", "--fit", "youngs_modulus"],
         "has no modulus to fit",
     );
-    refused(&["derivatives", S, "--by", "length_mm"], "not yet");
+    refused(&["derivatives", S, "--by", "length_mm"], "the robot file has no length_mm");
     refused(&["sweep", S, "--pull", "0..1mm:2", "--output", "x.glb"], ".csv, .npz or .parquet");
     refused(
         &["sweep", S, "--pull", "0..1mm:2", "--margin", "--output", "x.csv"],

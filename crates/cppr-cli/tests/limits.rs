@@ -71,7 +71,7 @@ fn gaps_are_estimated() {
     assert!(tension < 0.9 * bent["pose"]["tensions_N"][0].as_f64().unwrap(), "{tension}");
     let narrow = limits(&["robots/r1.toml", "--pull", "5mm", "--clearance", "0.05mm"]);
     assert!(narrow["clearance"]["pairs"][0]["offset_m"].as_f64().unwrap() < 0.05e-3);
-    let sections = limits(&["robots/bundles/two_sections.toml", "--pull", "2=1mm"]);
+    let sections = limits(&["robots/bundles/s_shape.toml", "--pull", "2=1mm", "--clearance", "0.1mm"]);
     assert!(!sections["clearance"]["pairs"].as_array().unwrap().is_empty());
     let output = cppr(&["limits", "robots/r1.toml", "--pull", "5mm", "--tip-force", "0,0.1962,0N"]);
     assert!(text(&output.stdout).contains("(backlash)"));
