@@ -31,7 +31,7 @@ Examples:
   cppr limits robots/r3.toml --pull 5mm --tip-force 0,0,0.1N
   cppr limits robots/r4.toml --pull -4mm --plot utilisation.svg --csv notches.csv --json -
   cppr limits robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm
-  cppr limits robots/bundles/two_sections.toml --pull 2=1mm
+  cppr limits robots/bundles/uncut_ends.toml --pull 1mm
   cppr limits robots/r1.toml --pull 5mm --tip-force 0,0.1962,0N --clearance 0.2mm
 
 Each range is that of one actuator while the others and the loads stay as given. The strain counts where the robot

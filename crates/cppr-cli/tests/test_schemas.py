@@ -85,7 +85,9 @@ BUNDLES = {
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",
         "continue robots/bundles/two_sections.toml --along load --from 16 --to 17.3 --tip-force -1,0,0N --branches --points 20",
     ],
-    "bundle-derivatives": ["derivatives robots/bundles/s_shape.toml --pull 1mm --torque 2=1Nmm"],
+    "bundle-derivatives": [
+        "derivatives robots/bundles/s_shape.toml --pull 1mm --torque 2=1Nmm --by tube2.part1.stiffness.bending_z_Nmm2"
+    ],
 }
 
 
