@@ -38,23 +38,17 @@ struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// With its columns, every pose checked; messages count poses from `first`.
+    /// With its columns.
     fn new(
         py: Python<'_>,
         mut job: Self,
         columns: &'a [(usize, i64, PyReadonlyArray1<'_, f64>)],
         poses: usize,
-        first: usize,
     ) -> PyResult<Self> {
-        let core = &job.shared.robot;
         let mut draft = Draft::of(job.base.clone());
         for (means, tube, values) in columns {
             let quantity = KEYWORDS[*means % 4];
             let values = values.as_slice()?;
-            let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            if let Some(text) = suspicious(quantity, core, largest) {
-                errors::warn(py, "UnitWarning", &text)?;
-            }
             let input = quantity.of_tube(usize::try_from(*tube).unwrap_or(usize::MAX));
             let refused = |problem| errors::command(py, format!("{}: {problem}", quantity.keyword));
             draft.set(input, 0.0).map_err(refused)?;
@@ -63,9 +57,6 @@ impl<'a> Job<'a> {
         let vectors = job.force.iter().chain(&job.moment).map(|v| v.len() / 3);
         if job.columns.iter().map(|c| c.1.len()).chain(vectors).any(|n| n != poses) {
             return Err(PyValueError::new_err("the arrays of the poses differ in length"));
-        }
-        if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
-            return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
         }
         Ok(job)
     }
@@ -228,8 +219,16 @@ pub fn solve_many(
         },
         &columns,
         poses,
-        first,
     )?;
+    for (input, values) in &job.columns {
+        let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        if let Some(text) = suspicious(input.quantity(), core, largest) {
+            errors::warn(py, "UnitWarning", &text)?;
+        }
+    }
+    if let Some((pose, problem)) = py.detach(|| job.check(poses)) {
+        return Err(errors::command(py, format!("pose {}: {problem}", first + pose)));
+    }
     // One block needs no threads, and no block more than one of them.
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = if threads > 0 { threads } else { cores() }.min(poses.div_ceil(ONE_BLOCK));
@@ -275,7 +274,7 @@ pub fn modes_for(
         moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
         extras: Extras { jacobian: false, margin: false, sections: 0 },
     };
-    let job = Job::new(py, job, &columns, poses, 0)?;
+    let job = Job::new(py, job, &columns, poses)?;
     let command = |pose: usize| {
         let mut command = base.clone();
         job.set(&mut command, pose);
