@@ -167,8 +167,10 @@ def resolved(
     inputs += [vector[..., k] for vector in poses.vectors if vector is not None for k in range(3)]
     for values in inputs:
         places |= {int(np.argmin(values)), int(np.argmax(values))}
-    columns, vectors = poses.at(np.array(sorted(places)))
-    factor, error, known = _cppr.modes_for(robot, columns, *vectors, loads, settings, len(places), accuracy)
+    columns, (force, moment) = poses.at(np.array(sorted(places)))
+    factor, error, known = _cppr.modes_for(
+        robot, columns, force, moment, loads, settings, len(places), accuracy
+    )
     if error is not None and settings.refine == 1 and error > accuracy * robot.length:
         warnings.warn(
             f"a tip is within {error / robot.length:.1e} of the length only, not {accuracy:.1e}, among {known} poses looked at: "
