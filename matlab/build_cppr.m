@@ -41,7 +41,7 @@ if exist('OCTAVE_VERSION', 'builtin')
 else
     mex('-R2018a', include, '-outdir', folder, '-output', 'cppr_mex', source, library, system_libraries{:});
 end
-rehash % it is found in this session too
+rehash % it is found without starting anew
 disp(['cppr_mex is in ' folder '; put this folder on the path: addpath ' folder]);
 end
 

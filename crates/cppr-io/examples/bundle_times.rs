@@ -10,6 +10,7 @@ use std::time::Instant;
 /// Tube, translation (mm) and rotation (deg) of a motor that moves.
 type Motor = (usize, f64, f64);
 
+/// Robot, and its motors that move.
 const ROBOTS: [(&str, &[Motor]); 5] = [
     ("bundles/concentric3", &[(2, 5.0, 40.0), (3, 10.0, -30.0)]),
     ("bundles/two_sections", &[(2, 3.0, 0.0), (4, 2.0, 0.0)]),
