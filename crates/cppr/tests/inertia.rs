@@ -45,3 +45,22 @@ fn columns_buckle_as_euler_said() {
         }
     }
 }
+
+/// A control loop that presses a straight column does not move it, so that slopes of neighbours lead on: it says nevertheless where the column buckles.
+#[test]
+fn a_control_loop_sees_a_column_buckle() {
+    for bending in [[2e-3, 2e-3], [2e-3, 9e-3]] {
+        let bundle = rod(bending);
+        let mut solver = BundleSolver::new(&bundle);
+        let mut command = solver.held();
+        let euler = PI * PI * bending[0] / 0.04;
+        let pressed = |share: f64| Loads::tip_force(Vector3::new(-share * euler, 0.0, 0.0));
+        command.loads = pressed(0.5);
+        let mut found = solver.solve(&command);
+        for share in [0.6, 0.8, 0.99, 1.01, 1.2, 0.9] {
+            command.loads = pressed(share);
+            solver.solve_into(&command, &mut found);
+            assert_eq!(found.stable, share < 1.0, "{bending:?}, {share} of Euler's load");
+        }
+    }
+}

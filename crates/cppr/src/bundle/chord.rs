@@ -7,18 +7,17 @@ use super::steps::Steps;
 use super::walk::{Outcome, Walk};
 use nalgebra::{DMatrix, DVector};
 
-/// Inverse of the slopes of the conditions by the scaled unknowns, and their determinant.
+/// Inverse of the slopes of the conditions by the scaled unknowns.
 #[derive(Clone, Debug)]
 pub(super) struct Chord {
     inverse: DMatrix<f64>,
-    determinant: f64,
 }
 
 /// Integrations.
 const MOST: usize = 12;
 /// The scaled step with which the method ends.
 const SETTLED: f64 = 1e-9;
-/// By this factor at least a step is shorter than the one before: then no eigenvalue has changed its sign in between.
+/// By this factor at least a step is shorter than the one before; else slopes are taken anew.
 const SHRINKS: f64 = 0.25;
 /// Part of the steps' own length by which conditions answer to a step, between which slopes learn from it.
 const LEARNS: [f64; 2] = [0.5, 2.0];
@@ -39,7 +38,7 @@ impl Chord {
         if pivots.amin() <= SINGULAR * pivots.amax() {
             return None;
         }
-        Some(Self { determinant: tangent.determinant * slopes.determinant(), inverse: slopes.try_inverse()? })
+        Some(Self { inverse: slopes.try_inverse()? })
     }
 
     /// Newton's step where this is left of the conditions.
@@ -55,12 +54,11 @@ impl Chord {
         if share > LEARNS[0] && share < LEARNS[1] {
             let row = self.inverse.tr_mul(step);
             self.inverse.ger(1.0 / along, &(step - seen), &row, 1.0);
-            self.determinant *= share;
         }
     }
 }
 
-/// The equilibrium near unknowns, with the pose of its tip; `None` where the slopes of a neighbour do not lead to it.
+/// The equilibrium near unknowns, with the pose of its tip and without the determinant of its conditions; `None` where the slopes of a neighbour do not lead to it.
 pub(super) fn near(
     frame: &Frame,
     walk: &Walk,
@@ -91,11 +89,10 @@ pub(super) fn near(
             *chord = if taken <= TAKEN { Chord::new(frame, walk, &unknowns, &mut steps) } else { None };
             step = chord.as_ref().and_then(|chord| chord.step(&left));
         }
-        let (step, own) = (step?, chord.as_ref()?);
+        let step = step?;
         let size = step.amax();
         if size <= SETTLED {
-            let determinant = own.determinant;
-            return Some((Found { unknowns, steps, determinant, iterations }, outcome));
+            return Some((Found { unknowns, steps, determinant: f64::NAN, iterations }, outcome));
         }
         if size > longest.min(LONGEST) || size.is_nan() {
             return None;

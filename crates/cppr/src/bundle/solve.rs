@@ -249,10 +249,12 @@ impl<'a> BundleSolver<'a> {
         self.astray = if near.is_some() { 0 } else { self.astray + 1 };
         self.chord = chord.map(|chord| (kinds, chord));
         if let Some((found, outcome)) = near {
-            let determinant = found.determinant;
             let mut found = self.report(&frame, command, found, &outcome);
-            self.judge(&mut found, determinant, reference, start.inertia);
-            return Some(found);
+            // Slopes of a neighbour know nothing of an eigenvalue that has changed its sign since: a straight column does not move where it buckles.
+            if let Some(negative) = self.inertia(&found) {
+                (found.inertia, found.stable) = (Some(negative), negative == 0);
+                return Some(found);
+            }
         }
         let steps = start.between.coarsened();
         let found = newton(&frame, &walk, begin, steps, ITERATIONS_IN_STEPS, SETTLED).ok()?;
@@ -319,7 +321,7 @@ impl<'a> BundleSolver<'a> {
     ) -> BundleEquilibrium {
         let determinant = found.determinant;
         let Some(mut found) = self.posed(frame, command, found) else { return Self::lost(command) };
-        self.judge(&mut found, determinant, reference, None);
+        self.judge(&mut found, determinant, reference);
         found
     }
 
@@ -371,18 +373,11 @@ impl<'a> BundleSolver<'a> {
         }
     }
 
-    /// Says whether an equilibrium is stable. The determinant changes its sign with every eigenvalue, and exactly there; it is known but for that at
-    /// rest. How many there are is counted, unless a neighbour of the same sign has as many.
-    fn judge(
-        &self,
-        found: &mut BundleEquilibrium,
-        determinant: f64,
-        reference: f64,
-        neighbour: Option<usize>,
-    ) {
+    /// Says whether an equilibrium is stable: by the count of negative eigenvalues, and by the determinant, which changes its sign with every one, and exactly
+    /// there; it is known but for that at rest.
+    fn judge(&self, found: &mut BundleEquilibrium, determinant: f64, reference: f64) {
         let even = determinant / reference;
-        let same = |negative: &usize| even.abs() > 0.0 && (even > 0.0) == (negative % 2 == 0);
-        found.inertia = neighbour.filter(same).or_else(|| self.inertia(found));
+        found.inertia = self.inertia(found);
         found.stable = match found.inertia {
             Some(0) => even.is_nan() || even > 0.0,
             Some(1) | None => even > 0.0,
