@@ -12,7 +12,7 @@
 //! ```
 //!
 //! μ are moment about the origin and force on the section. Conditions at events, joints and plate have multipliers ν. Controls are eliminated
-//! interval by interval from the tip on (a discrete Riccati recursion in q, η and ν); by Haynsworth's theorem the negative
+//! interval by interval from the tip on (a discrete Riccati recursion in q, η and ν); by Haynsworth's theorem (1968) the negative
 //! eigenvalues of the pivots add up to those of the whole, and every multiplier brings one of its own. What is counted so sees any number
 //! of directions at once, which the sign of a determinant does not.
 
@@ -20,19 +20,24 @@ use super::Bundle;
 use super::flow::Section;
 use super::number::{Dual, Number};
 use super::prepared::{Applied, Prepared, Stop, array};
-use super::section::{INPUTS, Local};
+use super::section::Local;
 use super::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
 use super::vector::{columns, cross, dot, sum};
 use super::walk::Walk;
 use crate::solve::Drive;
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
+use std::ops::AddAssign;
 
 /// Intervals of a bundle's length at least.
 const INTERVALS: f64 = 32.0;
+/// Steps of the integration at least; sections between their ends are interpolated.
+const STEPS: f64 = 8.0;
 /// θ, τ and a turn about the tangent.
 const MOVES: usize = 7;
-/// Eigenvalues below this part of the greatest are none.
+/// Pivots below this are none, in rows of size one.
 const NOTHING: f64 = 1e-11;
+/// A pivot is a single one where it is at least this part of what stands off the diagonal: (1 + √17)/8.
+const SINGLE: f64 = 0.64;
 /// Times that rows are scaled.
 const EQUAL: usize = 3;
 
@@ -72,7 +77,12 @@ impl BundleSolver<'_> {
         let units = Units { length: self.bundle.length, force: command.force_scale };
         let mut cuts = Vec::new();
         let keys = self.with_walk(equilibrium, |walk, base| {
-            let walk = Walk { longest: self.bundle.length / INTERVALS, posed: walk.command.loaded, ..walk };
+            let walk = Walk {
+                longest: self.bundle.length / STEPS,
+                spacing: self.bundle.length / INTERVALS,
+                posed: walk.command.loaded,
+                ..walk
+            };
             let mut see = |section: &Section<f64>| cuts.push(Cut::new(section, &units));
             let mut steps = equilibrium.between.clone();
             walk.run(base, &mut steps, Some(&mut see)).ok()?;
@@ -149,20 +159,20 @@ struct Sources<'a> {
 impl Sources<'_> {
     /// What one tube adds.
     fn tube(&self, place: usize, local: &Local, rates: &mut DMatrix<f64>, form: &mut DMatrix<f64>) {
-        let (flow, width) = (self.section.flow, form.ncols());
+        let flow = self.section.flow;
         let Units { length, force } = *self.units;
         let hessian = local.hessian();
         let tubes = flow.present.len();
-        // Inputs of the tube by the columns: y, and z.
-        let mut y = DMatrix::<f64>::zeros(INPUTS, width);
-        let mut z = DMatrix::<f64>::zeros(INPUTS, width);
-        y[(0, 2 * place)] = length;
-        y[(2, 2 * place + 1)] = 1.0;
-        y[(4, self.first)] = 1.0 / length;
-        y[(5, self.first + 1)] = 1.0 / length;
-        z[(3, self.first + 2 + place)] = force * length;
+        // Inputs of the tube that a column moves, and by how much: y, and z.
+        let mut y = vec![
+            (0, 2 * place, length),
+            (2, 2 * place + 1, 1.0),
+            (4, self.first, 1.0 / length),
+            (5, self.first + 1, 1.0 / length),
+        ];
+        let mut z = vec![(3, self.first + 2 + place, force * length)];
         if let Some(number) = self.extensible.iter().position(|own| *own == place) {
-            z[(1, self.first + 2 + tubes + number)] = force;
+            z.push((1, self.first + 2 + tubes + number, force));
         }
         let slopes = local.gradient();
         if let Some(pose) = self.pose {
@@ -171,8 +181,10 @@ impl Sources<'_> {
             let mut follow = |row: usize, by: [f64; 3], point: [f64; 3], moves: f64, weight: f64| {
                 let turned = cross(point, by);
                 for i in 0..3 {
-                    y[(row, at + i)] += turned[i];
-                    y[(row, at + 3 + i)] += moves * by[i] * length;
+                    y.push((row, at + i, turned[i]));
+                    if moves != 0.0 {
+                        y.push((row, at + 3 + i, moves * by[i] * length));
+                    }
                 }
                 bend(form, at, by, point, moves * length, weight / force);
             };
@@ -189,18 +201,22 @@ impl Sources<'_> {
                 }
             }
         }
-        let all = &y + &z;
-        let hessian_all = hessian * &all;
-        for column in 0..width {
-            rates[(2 * place, column)] = hessian_all[(1, column)];
-            rates[(2 * place + 1, column)] = -hessian_all[(3, column)] * length;
+        for &(row, column, factor) in y.iter().chain(&z) {
+            rates[(2 * place, column)] += hessian[(1, row)] * factor;
+            rates[(2 * place + 1, column)] -= hessian[(3, row)] * factor * length;
         }
         let eta = self.places;
         rates[(2 * place, eta)] = slopes[1];
         rates[(2 * place + 1, eta)] = -slopes[3] * length;
-        *form += (y.transpose() * hessian * &y - z.transpose() * hessian * &z) / force;
-        for column in 0..self.places {
-            let slope: f64 = (0..INPUTS).map(|row| slopes[row] * y[(row, column)]).sum::<f64>() / force;
+        for (inputs, sign) in [(&y, 1.0 / force), (&z, -1.0 / force)] {
+            for &(row, column, factor) in inputs {
+                for &(other, with, share) in inputs {
+                    form[(column, with)] += sign * factor * share * hessian[(row, other)];
+                }
+            }
+        }
+        for &(row, column, factor) in y.iter().filter(|(_, column, _)| *column < eta) {
+            let slope = slopes[row] * factor / force;
             form[(eta, column)] += slope;
             form[(column, eta)] += slope;
         }
@@ -385,42 +401,46 @@ impl Count {
         let rates = (&before.rates + &after.rates) * (0.5 * step);
         let form = (&before.form + &after.form) * (0.5 * step);
         let (n, width) = (self.places, rates.ncols());
-        let controls = width - n - 1;
-        let kept = self.form.ncols() - n;
-        let own = rates.columns(0, n);
-        let identity = DMatrix::identity(n, n);
+        let kept = self.form.ncols();
         // q after the interval by q before it, η and the controls.
-        let mut known = rates.clone();
-        known.columns_mut(0, n).copy_from(&(&identity + own * 0.5));
-        let after = (&identity - own * 0.5).lu().solve(&known)?;
-        let mut middle = DMatrix::zeros(width, width);
-        middle.fill_diagonal(1.0);
-        let mut half = after.clone() * 0.5;
+        let mut left = rates.columns(0, n) * -0.5;
+        let mut after = rates;
+        after.columns_mut(0, n).scale_mut(0.5);
         for i in 0..n {
-            half[(i, i)] += 0.5;
+            left[(i, i)] += 1.0;
+            after[(i, i)] += 1.0;
         }
-        middle.rows_mut(0, n).copy_from(&half);
-        let within = middle.transpose() * form * &middle;
+        if !left.lu().solve_mut(&mut after) {
+            return None;
+        }
+        let mut middle = &after * 0.5;
+        for i in 0..n {
+            middle[(i, i)] += 0.5;
+        }
+        let by_others = form.view((0, n), (n, width - n));
+        let mut by_middle = form.view((0, 0), (n, n)) * &middle;
+        by_middle.columns_mut(n, width - n).add_assign(&by_others);
+        let beyond = self.form.columns(0, n) * &after;
+        let mut own = middle.tr_mul(&by_middle);
+        own.gemm_tr(1.0, &after, &beyond.rows(0, n), 1.0);
+        own.rows_mut(n, width - n).gemm_tr(1.0, &by_others, &middle, 1.0);
+        own.view_mut((n, n), (width - n, width - n)).add_assign(&form.view((n, n), (width - n, width - n)));
         // Columns: q, η and multipliers as before, then the controls.
-        let total = n + kept + controls;
-        let place = |column: usize| if column <= n { column } else { n + kept + column - n - 1 };
-        let mut beyond = DMatrix::zeros(n + kept, total);
+        let place = |column: usize| if column <= n { column } else { kept + column - n - 1 };
+        let mut all = std::mem::take(&mut self.form).resize(kept + width - n - 1, kept + width - n - 1, 0.0);
+        all.view_mut((0, 0), (kept, n)).fill(0.0);
+        all.view_mut((0, n), (n, kept - n)).fill(0.0);
         for column in 0..width {
-            for row in 0..n {
-                beyond[(row, place(column))] = after[(row, column)];
+            for row in 0..width {
+                all[(place(row), place(column))] += own[(row, column)];
             }
-        }
-        for i in 0..kept {
-            beyond[(n + i, n + i)] = 1.0;
-        }
-        let mut all = beyond.transpose() * &self.form * &beyond;
-        for i in 0..width {
-            for j in 0..width {
-                all[(place(i), place(j))] += within[(i, j)];
+            for row in n..kept {
+                all[(row, place(column))] += beyond[(row, column)];
+                all[(place(column), row)] += beyond[(row, column)];
             }
         }
         self.form = all;
-        self.eliminate(&(n + kept..total).collect::<Vec<_>>())
+        self.eliminate(kept)
     }
 
     /// Goes back over a span without length, between events that coincide: its η is the length that it gets.
@@ -440,19 +460,16 @@ impl Count {
     /// The span is over: its η and the multiplier of its event go.
     fn end(&mut self) -> Option<()> {
         let last = self.form.ncols() - 1;
-        let eta = self.places;
-        self.eliminate(&[eta, last])
+        // η goes where the last but one multiplier is, and all between move up.
+        let mut order: Vec<usize> = (0..last).filter(|own| *own != self.places).collect();
+        order.extend([self.places, last]);
+        self.form = self.form.select_rows(&order).select_columns(&order);
+        self.eliminate(last - 1)
     }
 
-    /// Makes the form stationary by some of its columns.
-    fn eliminate(&mut self, which: &[usize]) -> Option<()> {
-        let kept: Vec<usize> = (0..self.form.ncols()).filter(|i| !which.contains(i)).collect();
-        let pivot = self.form.select_rows(which).select_columns(which);
-        let coupling = self.form.select_rows(which).select_columns(&kept);
-        self.negative += negative(&pivot)?;
-        let solved = pivot.lu().solve(&coupling)?;
-        let left = self.form.select_rows(&kept).select_columns(&kept) - coupling.transpose() * solved;
-        self.form = (&left + left.transpose()) * 0.5;
+    /// Makes the form stationary by all but its first columns.
+    fn eliminate(&mut self, kept: usize) -> Option<()> {
+        self.negative += eliminate(&mut self.form, kept)?;
         Some(())
     }
 
@@ -478,29 +495,86 @@ impl Count {
             }
         }
         free.extend(self.places..self.form.ncols());
-        let left = self.form.select_rows(&free).select_columns(&free);
-        (self.negative + negative(&left)?).checked_sub(self.multipliers)
+        let mut left = self.form.select_rows(&free).select_columns(&free);
+        (self.negative + eliminate(&mut left, 0)?).checked_sub(self.multipliers)
     }
 }
 
-/// How many eigenvalues are negative; `None` where one is neither.
-fn negative(matrix: &DMatrix<f64>) -> Option<usize> {
-    if matrix.is_empty() || matrix.clone().cholesky().is_some() {
-        return Some(0);
-    }
+/// Makes a symmetric form stationary by all but its first columns, with pivots of one or two columns (Bunch and Parlett 1971): how many of
+/// their eigenvalues are negative; `None` where one is neither.
+fn eliminate(form: &mut DMatrix<f64>, kept: usize) -> Option<usize> {
+    let total = form.ncols();
     // In units in which every row has the same size, which changes no sign.
-    let mut scaled = matrix.clone();
     for _ in 0..EQUAL {
-        let sizes: Vec<f64> = scaled.row_iter().map(|row| row.amax().sqrt()).collect();
-        for (i, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
-            scaled.row_mut(i).unscale_mut(*size);
-            scaled.column_mut(i).unscale_mut(*size);
+        for i in kept..total {
+            let size = form.view((kept, i), (total - kept, 1)).amax().sqrt();
+            if size > 0.0 {
+                form.column_mut(i).unscale_mut(size);
+                form.row_mut(i).unscale_mut(size);
+            }
         }
     }
-    let values = SymmetricEigen::new(scaled).eigenvalues;
-    let most = values.amax();
-    if !most.is_finite() || values.iter().any(|v| v.abs() <= NOTHING * most) {
-        return None;
+    let (mut left, mut negative) = (total, 0);
+    while left > kept {
+        let (mut single, mut pair) = ((0.0, left - 1), (0.0, [left - 1, left - 1]));
+        for i in kept..left {
+            if form[(i, i)].abs() > single.0 {
+                single = (form[(i, i)].abs(), i);
+            }
+            for j in kept..i {
+                if form[(j, i)].abs() > pair.0 {
+                    pair = (form[(j, i)].abs(), [j, i]);
+                }
+            }
+        }
+        if f64::max(single.0, pair.0) <= NOTHING || !(single.0 + pair.0).is_finite() {
+            return None;
+        }
+        let size = if single.0 >= SINGLE * pair.0 {
+            exchange(form, single.1, left - 1);
+            1
+        } else {
+            exchange(form, pair.1[1], left - 1);
+            exchange(form, pair.1[0], left - 2);
+            2
+        };
+        left -= size;
+        let (rest, pivots) = form.as_mut_slice().split_at_mut(left * total);
+        let first = &pivots[..total];
+        if size == 1 {
+            let pivot = first[left];
+            negative += usize::from(pivot < 0.0);
+            for (column, own) in rest.chunks_exact_mut(total).zip(first) {
+                subtract(&mut column[..left], own / pivot, first);
+            }
+        } else {
+            let second = &pivots[total..2 * total];
+            let (a, b, d) = (first[left], second[left], second[left + 1]);
+            // Off the diagonal it is greater than on it: one eigenvalue of either sign.
+            let determinant = a * d - b * b;
+            negative += 1;
+            for (j, column) in rest.chunks_exact_mut(total).enumerate() {
+                let (own, other) = (first[j] / determinant, second[j] / determinant);
+                subtract(&mut column[..left], d * own - b * other, first);
+                subtract(&mut column[..left], a * other - b * own, second);
+            }
+        }
     }
-    Some(values.iter().filter(|v| **v < 0.0).count())
+    *form = form.view((0, 0), (kept, kept)).into_owned();
+    Some(negative)
+}
+
+/// Exchanges two columns, and their rows.
+fn exchange(form: &mut DMatrix<f64>, i: usize, j: usize) {
+    form.swap_columns(i, j);
+    form.swap_rows(i, j);
+}
+
+/// y −= a x, as far as y goes.
+fn subtract(y: &mut [f64], a: f64, x: &[f64]) {
+    if a != 0.0 {
+        for (y, x) in y.iter_mut().zip(x) {
+            *y -= a * x;
+        }
+    }
 }
