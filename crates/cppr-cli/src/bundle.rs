@@ -2,6 +2,7 @@
 
 use crate::Failure;
 use crate::bundle_figure;
+use crate::clearance::Gapped;
 use crate::command::{CommandArgs, thread_has_direction, unsound};
 use crate::exceeded::Exceeded;
 use crate::output::write_or_print;
@@ -45,7 +46,9 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         Vec::new()
     };
     let touch = if found.converged {
-        Touch::of(solver, &found, &args.friction, args.contact)?
+        let touch = Touch::of(solver, &found, &args.friction, args.contact)?;
+        let gapped = args.clearance.map(|gap| Gapped::of_bundle(solver, &found, design.gaps(), gap));
+        Touch { gapped: gapped.transpose()?, ..touch }
     } else {
         Touch::default()
     };
@@ -61,7 +64,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     }
     outputs.draw(|| {
         let mut figure = marked(&mut analysis, &found, None)?;
-        figure.panels.extend(touch.panel());
+        figure.panels.extend(touch.panels());
         Ok(figure)
     })?;
     outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), &touch, time))
@@ -280,6 +283,7 @@ fn record(
         whole.extend(exceeded.map(|own| ("limit_exceeded".to_owned(), own.json())));
         whole.extend(touch.contact_json().map(|own| ("contact".to_owned(), own)));
         whole.extend(touch.friction_json().map(|own| ("friction".to_owned(), own)));
+        whole.extend(touch.clearance_json().map(|own| ("clearance".to_owned(), own)));
     }
     whole
 }

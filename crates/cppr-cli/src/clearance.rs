@@ -1,12 +1,15 @@
-//! Gaps between the tubes: what they change, estimated.
+//! Gaps between the tubes: what they change, solved for or estimated.
 
+use crate::Failure;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
-use cppr::clearance::{Estimate, estimate};
+use cppr::clearance::{Clearance, ClearanceEquilibrium, ClearanceProblem, Estimate, Zone, estimate};
+use cppr::solve::{Equilibrium, Solver};
 use cppr::{Matrix3, Vector3};
 use cppr_io::clearance_record;
-use serde_json::Value;
+use cppr_plot::{Axis, Panel, Series, tube_stroke};
+use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// Which gaps the tubes have.
@@ -65,12 +68,16 @@ impl Play {
     }
 
     pub fn write(&self, text: &mut String) {
-        let Estimate { pairs, efforts, tip, frame, backlash } = &self.estimate;
         let _ = writeln!(text, "  with gaps between the tubes (estimate)");
-        let mut line = |head: &str, rest: String| {
+        for (head, rest) in self.lines() {
             let _ = writeln!(text, "    {head:<16}{rest}");
-        };
-        let mm = |length: f64| plain(length * 1e3, 3);
+        }
+    }
+
+    /// Names and values of the table's lines.
+    fn lines(&self) -> Vec<(String, String)> {
+        let Estimate { pairs, efforts, tip, frame, backlash } = &self.estimate;
+        let mut lines = Vec::new();
         for own in pairs {
             let lies = if own.touches {
                 format!(", against the wall from {} mm behind the plate on", plain(own.layer * 1e3, 1))
@@ -78,25 +85,187 @@ impl Play {
                 ", without reaching the wall".into()
             };
             let aside = format!("tube {} lies {} mm aside on average{lies}", own.inner + 1, mm(own.offset));
-            line(&format!("gap {} mm", mm(own.gap)), aside);
+            lines.push((format!("gap {} mm", mm(own.gap)), aside));
         }
         let bent = bend(frame).to_degrees();
         let was = self.bend.to_degrees();
-        line("bend angle", format!("{:>9} deg instead of {} deg", plain(bent, 3), plain(was, 3)));
-        line("tip", format!("moves by {} mm", mm((tip - self.tip).norm())));
+        lines.push((
+            "bend angle".into(),
+            format!("{:>9} deg instead of {} deg", plain(bent, 3), plain(was, 3)),
+        ));
+        lines.push(("tip".into(), format!("moves by {} mm", mm((tip - self.tip).norm()))));
         for (tube, ((own, was), play)) in (1..).zip(efforts.iter().zip(&self.forces).zip(backlash)).skip(1) {
             let back = play.filter(|play| *play > NOTHING).map_or(String::new(), |play| {
                 format!("; passes no force over {} mm of its pull (backlash)", mm(play))
             });
             let force = format!("{:>9} N   instead of {} N{back}", plain(own.force, 4), plain(*was, 4));
-            line(&format!("tube {tube} tension"), force);
+            lines.push((format!("tube {tube} tension"), force));
         }
+        lines
     }
 
     pub fn json(&self) -> Value {
         clearance_record::estimate(&self.estimate)
     }
 }
+
+/// A length in millimetres.
+fn mm(length: f64) -> String {
+    plain(length * 1e3, 3)
+}
+
+/// What gaps make of a pose: the equilibrium with contact in the plane, else the estimate, and why it is one.
+pub enum Gapped {
+    Solved(Box<ClearanceEquilibrium>),
+    Estimated(Box<Play>, String),
+}
+
+impl Gapped {
+    /// Of an equilibrium without gaps.
+    pub fn of(solver: &mut Solver, found: &Equilibrium, gap: Gap) -> Result<Self, Failure> {
+        let robot = found.robot();
+        let wrong = |problem: ClearanceProblem| Failure::Input(format!("--clearance: {problem}"));
+        let clearance = match gap {
+            Gap::Radii => Clearance::of(robot).map_err(wrong)?,
+            Gap::All(gap) => Clearance::equal(robot, gap),
+        };
+        let because = match solver.with_clearance(found, &clearance) {
+            Ok(Some(solved)) => return Ok(Self::Solved(Box::new(solved))),
+            Ok(None) => "no equilibrium with contact was found next to that without".into(),
+            Err(
+                problem @ (ClearanceProblem::Spatial
+                | ClearanceProblem::Flips(_)
+                | ClearanceProblem::Turned
+                | ClearanceProblem::Load(_)),
+            ) => problem.to_string(),
+            Err(problem) => return Err(wrong(problem)),
+        };
+        let gaps: Vec<_> = clearance.gaps.into_iter().map(Some).collect();
+        let own = solver.integrated(found);
+        let play = own.and_then(|own| Play::of(&mut own.solver(), &own.equilibrium, &gaps));
+        Self::estimated(play, because)
+    }
+
+    /// Of a robot with parts.
+    pub fn of_bundle(
+        solver: &mut BundleSolver,
+        found: &BundleEquilibrium,
+        known: Vec<Option<f64>>,
+        gap: Gap,
+    ) -> Result<Self, Failure> {
+        let play = Play::of(solver, found, &gap.between(known));
+        Self::estimated(
+            play,
+            "clearance is solved for in robots of one length without parts, in the plane".into(),
+        )
+    }
+
+    fn estimated(play: Option<Play>, because: String) -> Result<Self, Failure> {
+        let play = play.ok_or_else(|| {
+            Failure::Input(format!(
+                "--clearance: {because}, and there is no estimate: no tubes have a gap, or there is no equilibrium at the pulls that gaps leave"
+            ))
+        })?;
+        Ok(Self::Estimated(Box::new(play), because))
+    }
+
+    /// Names and values of the table's lines.
+    pub fn lines(&self) -> Vec<(String, String)> {
+        let found = match self {
+            Self::Solved(found) => found,
+            Self::Estimated(play, because) => {
+                let mut lines = vec![("with gaps".into(), format!("estimated, since {because}"))];
+                lines.extend(play.lines().into_iter().map(|(head, rest)| (format!("  {head}"), rest)));
+                return lines;
+            }
+        };
+        let tip = <[f64; 3]>::from(found.tip() * 1e3).map(|c| format!("{:>10}", plain(c, 3))).join(" ");
+        let mut lines = vec![
+            ("with gaps".into(), format!("{tip} mm, the tip")),
+            (String::new(), format!("{:>10} deg, the bend", plain(found.bend().abs().to_degrees(), 3))),
+        ];
+        for (tube, own) in (2..).zip(&found.followers) {
+            let (pull, force) = (plain(own.pull * 1e3, 3), plain(own.tension, 4));
+            lines.push((String::new(), format!("tube {tube} pulled {pull:>9} mm with {force:>9} N")));
+        }
+        for pair in &found.pairs {
+            let zone = |zone: &Zone| {
+                let side = if zone.side > 0.0 { "+Y" } else { "-Y" };
+                let [from, to] = [zone.from, zone.to].map(|x| plain(x * 1e3, 1));
+                format!(
+                    "on the wall towards {side} from {from} to {to} mm with {} N",
+                    plain(zone.force.abs(), 3)
+                )
+            };
+            let zones: Vec<String> = pair.zones.iter().map(zone).collect();
+            let zones = if zones.is_empty() { "nowhere on the wall".into() } else { zones.join(", ") };
+            let mean = mm(pair.mean(&found.labels)[0]);
+            let text = format!(
+                "tube {} lies {mm} mm aside on average in a gap of {} mm, {zones}",
+                pair.inner + 1,
+                mm(pair.gap),
+                mm = mean
+            );
+            lines.push((String::new(), text));
+        }
+        let [tip, force] = found.error;
+        lines
+            .push((String::new(), format!("estimated error {:.1e} mm of the tip, {force:.1e} N", tip * 1e3)));
+        lines
+    }
+
+    pub fn json(&self) -> Value {
+        let (mut whole, method) = match self {
+            Self::Solved(found) => (clearance_record::equilibrium(found), json!({ "method": "solved" })),
+            Self::Estimated(play, because) => {
+                (play.json(), json!({ "method": "estimated", "because": because }))
+            }
+        };
+        if let (Value::Object(whole), Value::Object(method)) = (&mut whole, method) {
+            whole.extend(method);
+        }
+        whole
+    }
+
+    /// The axis of tube 1, for the picture of the shape in the plane.
+    pub fn line(&self) -> Option<Series> {
+        let Self::Solved(found) = self else { return None };
+        Some(Series {
+            name: "centreline with gaps".into(),
+            points: found.centres.iter().map(|centre| [centre.x * 1e3, centre.y * 1e3]).collect(),
+            line: Some(tube_stroke(3)),
+            ..Series::default()
+        })
+    }
+
+    /// Where the inner tubes lie, and how hard they press on the walls.
+    pub fn panels(&self) -> Vec<Panel> {
+        let Self::Solved(found) = self else { return Vec::new() };
+        let along = || Axis::new("label of tube 1", "mm");
+        let series = |of: &dyn Fn(usize) -> Vec<f64>| -> Vec<Series> {
+            let one = |(k, pair): (usize, &cppr::clearance::PairClearance)| Series {
+                name: format!("tube {} in tube {}", pair.inner + 1, pair.outer + 1),
+                points: found.labels.iter().zip(of(k)).map(|(x, y)| [x * 1e3, y]).collect(),
+                line: Some(tube_stroke(pair.inner + 1)),
+                ..Series::default()
+            };
+            found.pairs.iter().enumerate().map(one).collect()
+        };
+        let offsets = series(&|k| found.pairs[k].offset.iter().map(|own| own * 1e3).collect());
+        let forces = series(&|k| found.pairs[k].force.iter().map(|own| own * 1e-3).collect());
+        let widest = found.pairs.iter().map(|pair| pair.gap).fold(0.0, f64::max) * 1e3;
+        let mut aside = Axis::new("offset in the gap", "mm");
+        aside.range = Some([-1.05 * widest, 1.05 * widest]);
+        let mut pressed = Axis::new("force of the wall", "N/mm");
+        pressed.zero_line = true;
+        [(aside, offsets), (pressed, forces)]
+            .into_iter()
+            .map(|(y, series)| Panel { height: TALL, series, ..Panel::new(along(), y) })
+            .collect()
+    }
+}
+
+const TALL: f64 = 180.0;
 
 /// Backlash below this (m) is none.
 const NOTHING: f64 = 1e-6;

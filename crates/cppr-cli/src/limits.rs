@@ -50,7 +50,7 @@ pub struct Args {
     #[arg(long)]
     bending_teeth: bool,
     /// Estimate the effect of a radial gap of this size between all tubes; by default, of those that the radii leave
-    #[arg(long, value_name = "GAP", default_value = RADII, value_parser = gap)]
+    #[arg(long, value_name = "GAP", allow_hyphen_values = true, default_value = RADII, value_parser = gap)]
     clearance: Gap,
     /// Write ranges, notches and the pose, - for standard output
     #[arg(long, value_name = "FILE")]

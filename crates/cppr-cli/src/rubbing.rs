@@ -1,6 +1,7 @@
 //! Contact force and friction in the results of a pose.
 
 use crate::Failure;
+use crate::clearance::Gapped;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
@@ -55,7 +56,9 @@ pub fn guide(text: &str) -> Result<f64, String> {
 #[derive(Default)]
 pub struct Touch {
     pub contact: Contact,
-    slip: Option<(Friction, [Rubbed; 2])>,
+    pub slip: Option<(Friction, [Rubbed; 2])>,
+    /// With gaps between them.
+    pub gapped: Option<Gapped>,
 }
 
 impl Touch {
@@ -84,7 +87,7 @@ impl Touch {
                 Some((friction, sides))
             }
         };
-        Ok(Self { contact, slip })
+        Ok(Self { contact, slip, gapped: None })
     }
 
     pub fn contact_json(&self) -> Option<Value> {
@@ -93,6 +96,10 @@ impl Touch {
 
     pub fn friction_json(&self) -> Option<Value> {
         self.slip.as_ref().map(|(friction, sides)| contact_record::bounds(friction, sides))
+    }
+
+    pub fn clearance_json(&self) -> Option<Value> {
+        self.gapped.as_ref().map(Gapped::json)
     }
 
     /// Names and values of the table's lines.
@@ -105,6 +112,7 @@ impl Touch {
             )
         });
         let mut lines: Vec<(String, String)> = pressed.collect();
+        lines.extend(self.gapped.iter().flat_map(Gapped::lines));
         let Some((friction, sides)) = &self.slip else { return lines };
         for (way, side) in ["driven on", "driven back"].into_iter().zip(sides) {
             let tip = <[f64; 3]>::from(side.equilibrium.tip * 1e3)
@@ -123,8 +131,8 @@ impl Touch {
         lines
     }
 
-    /// Contact force along the robot.
-    pub fn panel(&self) -> Option<Panel> {
+    /// Contact force along the robot, and what gaps make of it.
+    pub fn panels(&self) -> Vec<Panel> {
         let pairs = self.contact.pairs.iter().filter(|pair| pair.greatest() > NOTHING);
         let series: Vec<Series> = pairs
             .map(|pair| Series {
@@ -138,6 +146,7 @@ impl Touch {
         y.include_zero = true;
         let panel =
             Panel { height: TALL, series, ..Panel::new(Axis::new("length of the centreline", "mm"), y) };
-        (!panel.series.is_empty()).then_some(panel)
+        let pressed = (!panel.series.is_empty()).then_some(panel);
+        pressed.into_iter().chain(self.gapped.iter().flat_map(Gapped::panels)).collect()
     }
 }

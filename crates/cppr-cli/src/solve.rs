@@ -2,6 +2,7 @@
 
 use crate::Failure;
 use crate::bundle;
+use crate::clearance::{Gap, Gapped, gap};
 use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
@@ -37,6 +38,7 @@ Examples:
   cppr solve robots/childs3.toml --scenario examples/scenario.toml
   cppr solve robots/r1.toml --pull 6mm --friction 0.2 --guide 20mm
   cppr solve robots/r3.toml --pull 9mm --contact --plot contact.svg
+  cppr solve robots/r1.toml --pull 6mm --clearance radii --plot gaps.svg
   cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
   cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
 
@@ -63,6 +65,9 @@ pub struct Args {
     /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
     #[arg(long)]
     pub contact: bool,
+    /// Solve with a radial gap of this size between all tubes, or with those that the `radii` leave: in the plane with contact, else estimated
+    #[arg(long, value_name = "GAP", allow_hyphen_values = true, value_parser = gap)]
+    pub clearance: Option<Gap>,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub samples: u32,
@@ -127,6 +132,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         record.stable_aside = unstable.as_ref().and_then(Unstable::json);
         record.contact = touch.contact_json();
         record.friction = touch.friction_json();
+        record.clearance = touch.clearance_json();
         write_json(path, &record)?;
     }
     if let Some(path) = csv {
@@ -134,7 +140,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.draw(|| {
         let mut figure = figure::shape(&mut solver, found, args.samples as usize)?;
-        figure.panels.extend(touch.panel());
+        if let (Some(panel), Some(gapped)) = (figure.panels.first_mut(), &touch.gapped) {
+            panel.series.extend(gapped.line());
+        }
+        figure.panels.extend(touch.panels());
         Ok(figure)
     })?;
     let margin = margin.zip(direction);
@@ -145,8 +154,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the tubes do to each other, where that is asked for.
 fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch, Failure> {
+    let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap)).transpose()?;
     if !(args.contact || args.friction.is_asked()) {
-        return Ok(Touch::default());
+        return Ok(Touch { gapped, ..Touch::default() });
     }
     let own = solver.integrated(found).ok_or_else(|| {
         Failure::Input(
@@ -155,7 +165,8 @@ fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch,
                 .into(),
         )
     })?;
-    Touch::of(&own.solver(), &own.equilibrium, &args.friction, args.contact)
+    let touch = Touch::of(&own.solver(), &own.equilibrium, &args.friction, args.contact)?;
+    Ok(Touch { gapped, ..touch })
 }
 
 fn write_json(path: &Path, record: &ResultRecord) -> Result<(), Failure> {

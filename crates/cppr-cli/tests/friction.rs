@@ -1,4 +1,4 @@
-//! Friction from the shell: bounds of a pose, and histories.
+//! Friction from the shell: bounds of a pose, and histories; gaps between the tubes.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
@@ -115,4 +115,46 @@ fn what_friction_cannot_do_is_said() {
         cppr(&["cycle", "robots/r1.toml", "--pull", "0..140mm", "--friction", "0.2", "--steps", "2"]);
     assert_eq!((output.status.code(), output.stdout.len()), (Some(3), 0));
     assert!(text(&output.stderr).contains("leg 1"), "{}", text(&output.stderr));
+}
+
+/// In the plane a robot is solved with contact, near what is estimated; else the estimate is told, and why it is one.
+#[test]
+fn gaps_are_solved_for_in_the_plane_and_estimated_elsewhere() {
+    let pose = ["robots/r1.toml", "--pull", "6mm", "--json", "-"];
+    let whole = json(&[&["solve"][..], &pose, &["--clearance", "radii"]].concat());
+    let estimate = json(&[&["limits"][..], &pose].concat());
+    let (own, told) = (&whole["clearance"], &estimate["clearance"]);
+    assert_eq!(own["method"], "solved");
+    let near = |a: &Value, b: &Value| (a.as_f64().unwrap() / b.as_f64().unwrap() - 1.0).abs() < 0.02;
+    assert!(near(&own["pairs"][0]["mean_offset_m"], &told["pairs"][0]["offset_m"]));
+    assert!((force(own, 2) / force(told, 2) - 1.0).abs() < 0.01 && force(own, 2) < 0.9 * force(&whole, 2));
+    let output = cppr(&["solve", "robots/r1.toml", "--pull", "6mm", "--clearance", "0.5mm"]);
+    let said = text(&output.stdout);
+    assert!(said.contains("on the wall towards -Y"), "{said}");
+    // An edge at the plate, and next to it: the tip moves by no more than the pull and its lever make it.
+    let tip = |pull: &str| {
+        let load = ["--tip-force", "0,-0.1962,0N", "--clearance", "radii", "--json", "-"];
+        let whole = json(&[&["solve", "robots/r1.toml", "--pull", pull][..], &load].concat());
+        assert_eq!(whole["clearance"]["method"], "solved", "{pull}");
+        whole["clearance"]["tip_position_m"][1].as_f64().unwrap()
+    };
+    let at_plate = tip("0mm");
+    for pull in ["-0.001mm", "0.001mm", "-1e-6mm"] {
+        assert!((tip(pull) - at_plate).abs() < 5e-5, "{pull}");
+    }
+    for robot in ["helicoid", "bundles/s_shape"] {
+        let robot = format!("robots/{robot}.toml");
+        let whole = json(&["solve", &robot, "--pull", "5mm", "--clearance", "0.1mm", "--json", "-"]);
+        assert_eq!(whole["clearance"]["method"], "estimated", "{robot}");
+        assert!(whole["clearance"]["because"].as_str().unwrap().contains("plane"), "{robot}");
+    }
+    for (robot, gap, words) in [
+        ("r1", "-0.1mm", "cannot be negative"),
+        ("r1", "0.1", "unit"),
+        ("childs3", "radii", "give the gap"),
+        ("bundles/s_shape", "0mm", "no tubes have a gap"),
+    ] {
+        let robot = format!("robots/{robot}.toml");
+        refused(&["solve", &robot, "--pull", "1mm", "--clearance", gap], words);
+    }
 }

@@ -25,6 +25,8 @@ COMMANDS = {
         "robots/r3.toml --pull -5mm --tip-force -2,0,0N --samples 2",
         "robots/r1.toml --pull 1mm --formulation printed --samples 2",
         "robots/r1.toml --pull 3mm --friction 0.2 --guide 20mm --contact --samples 2",
+        "robots/r1.toml --pull 3mm --clearance 0.2mm --samples 2",
+        "robots/helicoid.toml --pull 5mm --clearance radii --samples 2",
         "crates/cppr-cli/tests/data/folds_on_the_way.toml --pull 2=0.02310248mm --pull 3=-0.08407234mm --rotate 3=14.037675deg --refine 4 --samples 2",
     ],
     "cycle": [
@@ -79,7 +81,7 @@ BUNDLES = {
         "solve robots/bundles/hybrid.toml --pull 2=1mm --rotate 3=90deg --samples 3",
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
         "solve robots/bundles/uncut_ends.toml --rotate 6000deg --samples 3",
-        "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --samples 3",
+        "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --clearance 0.1mm --samples 3",
     ],
     "bundle-continue": [
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",

@@ -1,6 +1,6 @@
 //! Clearance as JSON: SI units, the unit in every key.
 
-use cppr::clearance::Estimate;
+use cppr::clearance::{ClearanceEquilibrium, Estimate, PairClearance};
 use serde_json::{Value, json};
 
 /// What clearance makes of an equilibrium, estimated.
@@ -19,5 +19,30 @@ pub fn estimate(own: &Estimate) -> Value {
     json!({
         "pairs": pairs.collect::<Vec<_>>(), "actuators": actuators.collect::<Vec<_>>(),
         "tip_position_m": <[f64; 3]>::from(own.tip), "tip_direction": [direction.x, direction.y, direction.z],
+    })
+}
+
+/// An equilibrium with clearance.
+#[must_use]
+pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
+    let actuators = own.followers.iter().enumerate().map(|(k, follower)| {
+        json!({ "tube": k + 2, "pull_m": follower.pull, "tension_N": follower.tension, "abscissa_m": follower.abscissa })
+    });
+    let pair = |pair: &PairClearance| {
+        let zones = pair.zones.iter().map(
+            |zone| json!({ "from_m": zone.from, "to_m": zone.to, "side": zone.side, "force_N": zone.force }),
+        );
+        json!({
+            "outer": pair.outer + 1, "inner": pair.inner + 1, "gap_m": pair.gap,
+            "mean_offset_m": pair.mean(&own.labels)[0], "zones": zones.collect::<Vec<_>>(),
+            "offset_m": pair.offset, "force_N_m": pair.force,
+        })
+    };
+    let centres = own.centres.iter().map(|centre| <[f64; 3]>::from(*centre));
+    json!({
+        "tip_position_m": <[f64; 3]>::from(own.tip()), "bend_angle_rad": own.bend(),
+        "error": { "tip_m": own.error[0], "force_N": own.error[1] },
+        "actuators": actuators.collect::<Vec<_>>(), "pairs": own.pairs.iter().map(pair).collect::<Vec<_>>(),
+        "x_m": own.labels, "centre_m": centres.collect::<Vec<_>>(), "angle_rad": own.angles,
     })
 }

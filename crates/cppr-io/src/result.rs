@@ -61,6 +61,9 @@ pub struct ResultRecord {
     /// Where friction is asked for, the equilibria between which it leaves the pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<serde_json::Value>,
+    /// What gaps between the tubes make of the pose, where that is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<serde_json::Value>,
     /// Its keys follow those above; none of them where the status is `not_converged`.
     #[serde(flatten)]
     pub solution: Option<SolutionRecord>,
@@ -367,6 +370,7 @@ impl ResultRecord {
             snaps_at: Vec::new(),
             contact: None,
             friction: None,
+            clearance: None,
             solution: None,
         }
     }

@@ -1,8 +1,11 @@
 //! Gaps between the tubes as dictionaries of arrays.
 
-use crate::arrays::line;
+use crate::arrays::{line, table};
 use crate::errors;
+use crate::robot::Shared;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
+use cppr::clearance::Clearance;
+use cppr::solve::Equilibrium;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -47,5 +50,49 @@ pub fn estimate<'py>(
     dict.set_item("pull", line(py, told.efforts.iter().map(|own| own.label)))?;
     dict.set_item("tension", line(py, told.efforts.iter().map(|own| own.force)))?;
     dict.set_item("backlash", line(py, told.backlash.iter().map(|own| own.unwrap_or(f64::NAN))))?;
+    Ok(dict)
+}
+
+/// The equilibrium with gaps, in the plane.
+pub fn solve<'py>(
+    py: Python<'py>,
+    shared: &Shared,
+    start: &Equilibrium,
+    gap: Option<f64>,
+    elements: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let wrong = |problem: cppr::clearance::ClearanceProblem| PyValueError::new_err(problem.to_string());
+    let robot = start.robot();
+    let own = match gap {
+        Some(gap) => Clearance::equal(robot, gap),
+        None => Clearance::of(robot).map_err(wrong)?,
+    };
+    let own = Clearance { elements, ..own };
+    let found = py.detach(|| shared.with(|solver| solver.with_clearance(start, &own))).map_err(wrong)?;
+    let found = found.ok_or_else(|| {
+        errors::error(py, "NoEquilibrium", "no equilibrium with gaps was found next to that without")
+    })?;
+    let dict = PyDict::new(py);
+    dict.set_item("tip_position", line(py, found.tip().iter().copied()))?;
+    dict.set_item("bend_angle", found.bend())?;
+    dict.set_item("error", (found.error[0], found.error[1]))?;
+    dict.set_item("pull", line(py, found.followers.iter().map(|own| own.pull)))?;
+    dict.set_item("tension", line(py, found.followers.iter().map(|own| own.tension)))?;
+    dict.set_item("labels", line(py, found.labels.iter().copied()))?;
+    dict.set_item("centres", table(py, found.centres.iter().flat_map(|c| [c.x, c.y, c.z]).collect(), 3)?)?;
+    dict.set_item("angles", line(py, found.angles.iter().copied()))?;
+    let pairs = found.pairs.iter().map(|pair| {
+        let own = PyDict::new(py);
+        own.set_item("outer", pair.outer + 1)?;
+        own.set_item("inner", pair.inner + 1)?;
+        own.set_item("gap", pair.gap)?;
+        own.set_item("mean_offset", pair.mean(&found.labels)[0])?;
+        own.set_item("offset", line(py, pair.offset.iter().copied()))?;
+        own.set_item("force", line(py, pair.force.iter().copied()))?;
+        let zones = pair.zones.iter().map(|zone| (zone.from, zone.to, zone.side, zone.force));
+        own.set_item("zones", zones.collect::<Vec<_>>())?;
+        Ok(own)
+    });
+    dict.set_item("pairs", pairs.collect::<PyResult<Vec<_>>>()?)?;
     Ok(dict)
 }

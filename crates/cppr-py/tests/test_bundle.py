@@ -244,6 +244,15 @@ def test_gaps_are_estimated() -> None:
     assert eq.clearance_estimate(gap=0.0)["pairs"] == []
     with pytest.raises(ValueError, match="at least 0"):
         eq.clearance_estimate(gap=-1e-3)
+    solved = modal.with_clearance()
+    (pair,) = solved["pairs"]
+    assert pair["mean_offset"] == pytest.approx(told[0]["pairs"][0]["offset"], rel=0.05)
+    assert solved["tension"] == pytest.approx(told[0]["tension"][1:], rel=0.01) and solved["error"][0] < 1e-5
+    assert np.allclose(solved["centres"][-1], solved["tip_position"]) and pair["offset"].shape == solved["labels"].shape
+    ((start, end, side, force),) = pair["zones"]
+    assert 0.02 < start < end < 0.13 and side == -1 and force == pytest.approx(np.trapezoid(pair["force"], solved["labels"]), rel=0.02)
+    with pytest.raises(ValueError, match="in the plane"):
+        cppr.Robot.from_toml(ROOT / "robots/helicoid.toml").solve(pull=5 * cppr.mm).with_clearance()
 
 
 def test_a_cycle_comes_back_to_its_loop() -> None:

@@ -95,19 +95,18 @@ impl fmt::Display for ClearanceProblem {
             Self::Printed => write!(f, "clearance is solved for with the consistent formulation alone"),
             Self::Spatial => write!(
                 f,
-                "clearance is solved for in the plane, and the notches of this robot bend it in space; cppr limits estimates its effect"
+                "clearance is solved for in the plane, and the notches of this robot bend it in space"
             ),
             Self::Flips(tube) => write!(
                 f,
-                "the notches of tube {tube} open to both sides, and clearance is solved for where they open to one; cppr limits estimates its effect"
+                "the notches of tube {tube} open to both sides, and clearance is solved for where they open to one"
             ),
-            Self::Turned => write!(
-                f,
-                "clearance is solved for in the plane, and this robot is turned or has left it; cppr limits estimates its effect"
-            ),
+            Self::Turned => {
+                write!(f, "clearance is solved for in the plane, and this robot is turned or has left it")
+            }
             Self::Load(part) => write!(
                 f,
-                "clearance is solved for under dead forces and moments in the plane on the leader, and {part} is none; leave it away, or see cppr limits for an estimate"
+                "clearance is solved for under dead forces and moments in the plane on the leader, and {part} is none"
             ),
         }
     }
@@ -428,7 +427,8 @@ fn mesh(problem: &Problem, elements: usize, rows: &[Row], tensions: &[f64]) -> S
             continue;
         }
         let first = at(rows, 0.0).1[k];
-        if first < 0.0 {
+        // An edge that stands nearer to the plate than this stands at it.
+        if first < -NARROW * usual {
             let (mut low, mut high) = (0.0, 1.0);
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
