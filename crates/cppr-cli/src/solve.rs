@@ -120,13 +120,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     thread_has_direction(&found.command().loads, &solver.tip(found))?;
     let stability = solver.stability(found);
     let margin = stability.as_ref().map(|s| s.margin);
+    let margin_error = solver.margin_error(found);
     let direction = stability.map(|s| s.tip_direction.into());
     let unstable = Unstable::of(&mut solver, found, &args.robot);
     let exceeded = Exceeded::of(&mut solver, found, Teeth::Rigid);
     let touch = touch(&mut solver, found, args)?;
     if let Some(path) = json {
         let mut record = ResultRecord::new(found, &shape, margin, direction);
-        record.accuracy = resolved.accuracy.map(|own| AccuracyRecord::new(found.robot(), &own));
+        record.accuracy = resolved
+            .accuracy
+            .map(|own| AccuracyRecord { margin: margin_error, ..AccuracyRecord::new(found.robot(), &own) });
         record.snaps_at.clone_from(&resolved.folds);
         record.limit_exceeded = exceeded.as_ref().map(Exceeded::json);
         record.stable_aside = unstable.as_ref().and_then(Unstable::json);
@@ -146,7 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         figure.panels.extend(touch.panels());
         Ok(figure)
     })?;
-    let margin = margin.zip(direction);
+    let margin = margin.zip(direction).map(|(margin, direction)| (margin, margin_error, direction));
     let text =
         table(&resolved, &shape, margin, exceeded.as_ref(), unstable.as_ref(), &touch, [time, checked]);
     outputs.report(&text)

@@ -60,12 +60,12 @@ pub fn counted(n: usize, what: &str) -> String {
 /// Bends that differ by less (deg) read the same.
 const SAME_BEND: f64 = 5e-3;
 
-/// Name, status, tip, efforts, error, margin with the direction in which the tip would go, limits exceeded, where an unstable robot goes, cost
+/// Name, status, tip, efforts, error, margin with its error and the direction in which the tip would go, limits exceeded, where an unstable robot goes, cost
 /// of the solve and of its error.
 pub fn table(
     resolved: &Resolved,
     shape: &Shape,
-    margin: Option<(f64, [f64; 3])>,
+    margin: Option<(f64, Option<f64>, [f64; 3])>,
     exceeded: Option<&Exceeded>,
     unstable: Option<&Unstable>,
     touch: &Touch,
@@ -119,8 +119,12 @@ pub fn table(
     }
     line("elastic energy", format!("{:>10} mJ", plain(found.elastic_energy() * 1e3, 4)));
     line("accuracy", resolved.text());
-    if let Some((margin, direction)) = margin {
-        line("margin to instability", format!("{:>10} (1 at rest, 0 where it snaps)", plain(margin, 4)));
+    if let Some((margin, error, direction)) = margin {
+        let within = error.map_or("; its error is not known".into(), |own| format!(", within {own:.0e}"));
+        line(
+            "margin to instability",
+            format!("{:>10}{within} (1 at rest, 0 where it snaps)", plain(margin, 4)),
+        );
         // At rest all motions are alike.
         if margin < 1.0 - 1e-6 && direction.iter().any(|c| c.abs() > 0.0) {
             let way = direction.map(|c| format!("{:>10}", plain(c, 5))).join(" ");

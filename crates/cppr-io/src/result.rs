@@ -80,6 +80,9 @@ pub struct AccuracyRecord {
     pub force_N: f64,
     /// Greatest of an actuation torque.
     pub torque_Nm: f64,
+    /// Of the stability margin, where that is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
     /// `integration`: against the bundle integrated along its length; `half_the_modes`: against the solution with half as many modes.
     pub against: &'static str,
     /// Is that stable? Not told where an eigenvalue is close to zero.
@@ -98,6 +101,7 @@ impl AccuracyRecord {
             tip_of_length: tip / robot.length(),
             force_N: force,
             torque_Nm: torque,
+            margin: None,
             reference_stable: stable,
             against: match against {
                 Against::Integration => "integration",

@@ -176,6 +176,7 @@ impl Equilibrium {
         own.set_item("tip", tip)?;
         own.set_item("force", force)?;
         own.set_item("torque", torque)?;
+        own.set_item("margin", py.detach(|| self.shared.with(|w| w.margin_error(&self.found))))?;
         let against = match against {
             Against::Integration => "integration",
             Against::HalfTheModes => "half the modes",

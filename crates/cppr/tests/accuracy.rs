@@ -19,8 +19,8 @@ const CASES: u64 = 24;
 fn errors_are_those_against_finer_modes() {
     let cases = std::env::var("CPPR_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
     let (mut solved, mut integrated, mut coarse, mut reached, mut compared) = (0, 0, 0_u64, 0_u64, 0);
-    let (mut unknown, mut wrong, mut exceeded, mut disagree) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut unknown, mut wrong, mut exceeded, mut disagree, mut margins) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for seed in 0..cases {
         let (design, command) = random_case(seed);
         let robot = Robot::from_design(design).unwrap();
@@ -48,6 +48,13 @@ fn errors_are_those_against_finer_modes() {
         if from_finest(&resolved) > 3.0 * error.tip + left + 1e-7 * length {
             exceeded.push((seed, from_finest(&resolved) / length, error));
         }
+        if let Some(error) = solver.margin_error(&found) {
+            let [own, finest] =
+                [solver.stability(&found), finer.stability(&finest)].map(|own| own.unwrap().margin);
+            if (own - finest).abs() > 3.0 * error + 1e-7 {
+                margins.push((seed, own, finest, error));
+            }
+        }
         if let Some(own) = solver.accuracy(&found) {
             integrated += 1;
             if own.stable != solver.stability(&found).map(|own| own.inertia == 0) {
@@ -62,13 +69,14 @@ fn errors_are_those_against_finer_modes() {
     }
     println!(
         "{solved} solved, {integrated} integrated, {coarse} of them coarser than {ACCURACY:e}, {reached} reached; no error {unknown:?}; \
-         {compared} compared, wrong {wrong:?}, exceeded {exceeded:?}"
+         {compared} compared, wrong {wrong:?}, exceeded {exceeded:?}, margins {margins:?}"
     );
     assert!(solved * 10 > cases * 6, "{solved}");
     assert!(unknown.is_empty(), "{unknown:?}");
     assert!(reached * 100 >= solved * 80, "{reached} of {solved}");
     assert!(wrong.is_empty() && compared * 10 > solved * 7, "{compared}, {wrong:?}");
     assert!(exceeded.is_empty(), "{exceeded:?}");
+    assert!(margins.is_empty(), "{margins:?}");
     assert!(disagree.is_empty(), "stable or not: {disagree:?}");
 }
 

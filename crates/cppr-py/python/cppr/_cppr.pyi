@@ -311,7 +311,8 @@ class Equilibrium:
 
     @property
     def accuracy(self) -> dict[str, Any] | None:
-        """Discretisation error: of the tip (`tip`, m), the greatest of a tension (`force`, N) and of a torque (`torque`, N m), and what it was
+        """Discretisation error: of the tip (`tip`, m), the greatest of a tension (`force`, N) and of a torque (`torque`, N m), that of the stability
+        margin (`margin`, against twice as many modes; None where it is not known), and what it was
         compared `against`: "integration" of the same bundle from the plate to the tip, or "half the modes", whose tip is `reference_tip` (m) and which is stable where
         `reference_stable` (None where that cannot be told). None where the integration
         finds no counterpart, and without an equilibrium."""

@@ -83,6 +83,20 @@ impl Solver {
         })
     }
 
+    /// Discretisation error of the stability margin of an equilibrium: its distance from that at twice as many modes, which is solved for from rest. `None` where there is
+    /// no margin, or where more modes lead to another equilibrium.
+    #[must_use]
+    pub fn margin_error(&mut self, equilibrium: &Equilibrium) -> Option<f64> {
+        let margin = self.stability(equilibrium)?.margin;
+        let settings = *equilibrium.settings();
+        let resolution = settings.resolution.refined(2);
+        let mut finer = Self::with_settings(equilibrium.robot(), Settings { resolution, ..settings }).ok()?;
+        let found = finer.solve(equilibrium.command()).ok()?;
+        let away = (found.tip().centre - equilibrium.tip().centre).norm();
+        let same = found.status().is_equilibrium() && away < NEAR * equilibrium.robot().length();
+        same.then(|| finer.stability(&found))?.map(|own| (own.margin - margin).abs())
+    }
+
     /// The equilibrium of the same bundle that is integrated along its length, and the bundle. `None` as for [`Self::accuracy`].
     pub(crate) fn integration(
         &mut self,
@@ -308,6 +322,8 @@ impl Solver {
     }
 }
 
+/// Tips nearer to each other than this part of the length are of one equilibrium.
+const NEAR: f64 = 1e-2;
 /// Error allowed in one step of the integration: far below what is asked of the answer.
 const TOLERANCE: f64 = 1e-6;
 /// Sections between which the course of the tubes is interpolated.
