@@ -2,9 +2,10 @@
 
 use crate::data::{Line, Measurement};
 use crate::design::Design;
-use crate::observe::{Found, Model};
+use crate::observe::{Found, Model, settings_for};
 use crate::parameter::{Parameter, ParameterProblem, apply};
 use crate::units;
+use cppr::solve::Settings;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -123,6 +124,8 @@ pub struct Fit {
     pub rms_before: f64,
     /// Designs with the fitted values.
     pub designs: Vec<Design>,
+    /// Greatest error of the model's tip among some measurements, as a part of its length, and among how many it is known; 0 where of none.
+    pub accuracy: (f64, usize),
     /// Evaluations of all equilibria.
     pub evaluations: usize,
 }
@@ -146,15 +149,22 @@ pub fn fit(
         groups,
         list,
         start: start.clone(),
+        settings: vec![Settings::default(); designs.len()],
         logarithms: DVector::zeros(list.len()),
         stop,
         last: RefCell::new(vec![None; measurements.len()]),
         failure: RefCell::new(None),
         evaluations: RefCell::new(0),
     };
-    let before = problem.evaluate(false)?;
+    let mut before = problem.evaluate(false)?;
     units::not_all_at_the_plate(measurements, &before.plain)
         .map_err(|(row, why)| FitProblem::Measurement(row, why))?;
+    let settings = problem.settings_found()?;
+    if settings != problem.settings {
+        problem.settings = settings;
+        problem.last.borrow_mut().fill(None);
+        before = problem.evaluate(false)?;
+    }
     let numbers = before.weighted.len();
     if numbers <= list.len() {
         return Err(FitProblem::TooFew(numbers, list.len()));
@@ -222,6 +232,8 @@ struct Problem<'a> {
     groups: Vec<usize>,
     list: &'a [Parameter],
     start: Vec<f64>,
+    /// Of every robot's solver.
+    settings: Vec<Settings>,
     /// Logarithms of the values over the start: what the search moves, since no parameter may turn negative.
     logarithms: DVector<f64>,
     stop: Option<Arc<AtomicBool>>,
@@ -239,6 +251,8 @@ struct Evaluation {
     jacobian: DMatrix<f64>,
 }
 
+/// Measurements of a robot that are looked at for the error of the model, at most.
+const LOOKED_AT: usize = 8;
 /// What to do where the search runs astray.
 const CHECK: &str = "Check the frame and the units of the data, and begin nearer to the truth";
 
@@ -249,13 +263,46 @@ impl Problem<'_> {
         self.start.iter().zip(self.logarithms.iter()).map(|(s, l)| s * l.exp()).collect()
     }
 
+    /// Measurements of a robot that are looked at for the error, the first and the last among them.
+    fn looked_at(&self, group: usize) -> Vec<usize> {
+        let own: Vec<usize> = (0..self.groups.len()).filter(|m| self.groups[*m] == group).collect();
+        let last = own.len().saturating_sub(1);
+        let mut places: Vec<usize> = (0..LOOKED_AT).map(|i| i * last / (LOOKED_AT - 1)).collect();
+        places.dedup();
+        places.into_iter().filter_map(|place| own.get(place).copied()).collect()
+    }
+
+    /// Settings with which every robot's solver resolves the measurements that are looked at, with the values at the start.
+    fn settings_found(&self) -> Result<Vec<Settings>, FitProblem> {
+        let one = |(group, design): (usize, &Design)| {
+            let measurements: Vec<_> =
+                self.looked_at(group).into_iter().map(|m| &self.measurements[m]).collect();
+            Ok(match Model::new(design, self.list, &self.start, false)? {
+                Model::Robot(robot, _) => settings_for(&robot, &measurements),
+                Model::Bundle(_) => Settings::default(),
+            })
+        };
+        self.designs.iter().enumerate().map(one).collect()
+    }
+
+    /// Greatest error of the tip, as a part of the length, where the last evaluation left the equilibria that are looked at, and of how many it is known.
+    fn accuracy(&self) -> (f64, usize) {
+        let last = self.last.borrow();
+        let looked_at = (0..self.designs.len()).flat_map(|group| self.looked_at(group));
+        let errors = looked_at.filter_map(|m| last[m].as_ref()?.error());
+        errors.fold((0.0, 0), |(most, known), own| (most.max(own), known + 1))
+    }
+
     fn evaluate(&self, derivatives: bool) -> Result<Evaluation, FitProblem> {
         *self.evaluations.borrow_mut() += 1;
         let values = self.values();
         let models = self.designs.iter().map(|d| Model::new(d, self.list, &values, derivatives));
         let models = models.collect::<Result<Vec<_>, _>>().map_err(|problem| self.at(&values, problem))?;
-        let mut observers: Vec<_> =
-            models.iter().map(|m| m.observer(self.list, self.stop.as_ref())).collect();
+        let mut observers: Vec<_> = models
+            .iter()
+            .zip(&self.settings)
+            .map(|(m, own)| m.observer(self.list, *own, self.stop.as_ref()))
+            .collect();
         let (mut plain, mut weighted, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         let mut last = self.last.borrow_mut();
         for ((m, &group), last) in self.measurements.iter().zip(&self.groups).zip(last.iter_mut()) {
@@ -399,6 +446,7 @@ fn conclude(problem: &Problem, before: &Evaluation, found: &Evaluation) -> Resul
         rms: rms(found),
         rms_before: rms(before),
         designs: problem.designs.iter().map(|d| apply(d, problem.list, &values)).collect(),
+        accuracy: problem.accuracy(),
         evaluations: *problem.evaluations.borrow(),
     })
 }

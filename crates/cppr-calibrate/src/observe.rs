@@ -6,11 +6,11 @@ use crate::design::Design;
 use crate::fit::FitProblem;
 use crate::parameter::{Parameter, apply};
 use cppr::Vector3;
-use cppr::analysis::{Perturbed, absurd_demand};
+use cppr::analysis::{ACCURACY, Perturbed, absurd_demand};
 use cppr::bundle::Bundle;
 use cppr::bundle::solve::BundleEquilibrium;
 use cppr::design::{DesignProblems, Robot};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Solver, Status};
+use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver, Status};
 use cppr::statics::{Loads, RotationMeans, Wrench};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -89,15 +89,41 @@ impl Model {
     pub(crate) fn observer<'a>(
         &'a self,
         list: &'a [Parameter],
+        settings: Settings,
         stop: Option<&Arc<AtomicBool>>,
     ) -> Box<dyn Observer + 'a> {
         match self {
             Self::Robot(robot, perturbed) => {
-                let mut solver = Solver::new(robot);
+                let mut solver = solver(robot, settings);
                 solver.stop_by(stop.cloned());
                 Box::new(RobotObserver { solver, list, perturbed })
             }
             Self::Bundle(model) => Box::new(model.observer(list, stop)),
+        }
+    }
+}
+
+/// With settings that were found for another robot of the same design.
+fn solver(robot: &Robot, settings: Settings) -> Solver {
+    Solver::with_settings(robot, settings).unwrap_or_else(|_| Solver::new(robot))
+}
+
+/// Settings with as many modes as the most demanding of some measurements needs.
+pub(crate) fn settings_for(robot: &Robot, measurements: &[&Measurement]) -> Settings {
+    let commands: Vec<Command> = measurements.iter().map(|m| command(m, robot.follower_count())).collect();
+    Solver::new(robot).settings_for(&commands, ACCURACY).settings
+}
+
+impl Found {
+    /// Error of the tip as a part of the length; `None` where it is not known.
+    pub(crate) fn error(&self) -> Option<f64> {
+        match self {
+            Self::Robot(found) => {
+                let robot = found.robot();
+                let error = solver(robot, *found.settings()).accuracy(found)?;
+                Some(error.tip / robot.length())
+            }
+            Self::Bundle(found) => Some(found.error[0] / found.length),
         }
     }
 }

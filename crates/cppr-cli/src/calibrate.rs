@@ -4,6 +4,7 @@ use crate::Failure;
 use crate::command::{build, described, unsound};
 use crate::figure;
 use crate::output::{check, print, write, write_or_print};
+use cppr::analysis::ACCURACY;
 use cppr::bundle::Bundle;
 use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
 use cppr_io::bundle_file::Described;
@@ -155,6 +156,18 @@ fn table(found: &Fit) -> String {
         "noise against stated        {:.2} (1 where the stated deviations are right and the model is)",
         found.scale
     );
+    let (error, known) = found.accuracy;
+    let accuracy = match known {
+        0 => "of the model is not known".into(),
+        n => format!("tip within {error:.0e} of the length in {n} measurements looked at"),
+    };
+    let _ = writeln!(text, "accuracy                    {accuracy}");
+    if error > ACCURACY {
+        let _ = writeln!(
+            text,
+            "warning: the model's modes do not follow its fields; what was fitted is no better than its tip"
+        );
+    }
     for r in found.residuals.iter().filter(|r| r.outlier) {
         let _ = writeln!(
             text,
@@ -191,6 +204,7 @@ fn json(found: &Fit) -> String {
         "schema": "cppr/calibration", "schema_version": 1, "estimates": estimates,
         "correlation": found.correlation, "rms_distance_m": found.rms, "rms_distance_before_m": found.rms_before,
         "noise_against_stated": found.scale, "residuals": residuals,
+        "accuracy": { "tip_of_length": (found.accuracy.1 > 0).then_some(found.accuracy.0), "measurements": found.accuracy.1 },
     });
     format!("{whole:#}\n")
 }

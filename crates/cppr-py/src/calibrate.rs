@@ -65,6 +65,8 @@ pub fn calibrate<'py>(
     result.set_item("scale", found.scale)?;
     result.set_item("rms", found.rms)?;
     result.set_item("rms_before", found.rms_before)?;
+    let (error, known) = found.accuracy;
+    result.set_item("accuracy", (known > 0).then_some(error))?;
     let residuals: Vec<_> =
         found.residuals.iter().map(|r| (r.row, r.what, r.value, r.studentised, r.outlier)).collect();
     result.set_item("residuals", residuals)?;

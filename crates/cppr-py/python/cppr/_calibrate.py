@@ -57,6 +57,8 @@ class Calibration:
     """Root mean square distance between measured and computed points (m)."""
     rms_before: float
     """The same before the fit (m)."""
+    accuracy: float | None
+    """Greatest error of the model's tip as a part of the length, in up to 8 measurements of each robot; None where none is known."""
 
     def __repr__(self) -> str:
         lines = [
@@ -107,4 +109,5 @@ def calibrate(
         scale=found["scale"],
         rms=found["rms"],
         rms_before=found["rms_before"],
+        accuracy=found["accuracy"],
     )
