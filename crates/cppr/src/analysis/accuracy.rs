@@ -83,15 +83,15 @@ impl Solver {
         })
     }
 
-    /// Discretisation error of the stability margin of an equilibrium: its distance from that at twice as many modes, which is solved for from rest. `None` where there is
-    /// no margin, or where more modes lead to another equilibrium.
+    /// Discretisation error of the stability margin of an equilibrium: its distance from that at twice as many modes, to which Newton's method leads. `None` where there is
+    /// no margin, or where it leads to none or to another equilibrium.
     #[must_use]
     pub fn margin_error(&mut self, equilibrium: &Equilibrium) -> Option<f64> {
         let margin = self.stability(equilibrium)?.margin;
         let settings = *equilibrium.settings();
         let resolution = settings.resolution.refined(2);
         let mut finer = Self::with_settings(equilibrium.robot(), Settings { resolution, ..settings }).ok()?;
-        let found = finer.solve(equilibrium.command()).ok()?;
+        let found = finer.beside(equilibrium);
         let away = (found.tip().centre - equilibrium.tip().centre).norm();
         let same = found.status().is_equilibrium() && away < NEAR * equilibrium.robot().length();
         same.then(|| finer.stability(&found))?.map(|own| (own.margin - margin).abs())

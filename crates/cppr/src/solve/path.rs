@@ -96,6 +96,13 @@ impl Solver {
         };
         Ok(())
     }
+
+    /// The equilibrium with this solver's settings next to one with others, by one attempt.
+    pub(crate) fn beside(&mut self, equilibrium: &Equilibrium) -> Equilibrium {
+        let mut found = Equilibrium { settings: self.settings, ..equilibrium.clone() };
+        settle(&self.robot, &mut self.buffers, &equilibrium.command, &self.settings, &mut found);
+        found
+    }
 }
 
 /// One attempt at a command from a neighbouring equilibrium, which it moves: no way around over rest, so that the
