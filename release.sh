@@ -43,11 +43,19 @@ mkdir -p "$out"
 # Debug information is for those who build from source.
 export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_INCREMENTAL=0
 
+# Messages of a panic name a file. Where the sources of dependencies lie on this machine is nobody's concern: crates/serde-1.0.0/src/lib.rs is
+# enough. The variable of a target joins what .cargo/config.toml says for it; RUSTFLAGS would replace it.
+cargo fetch --locked --quiet
+sources_of=${CARGO_HOME:-$HOME/.cargo}/registry/src
+hidden="--remap-path-prefix=$root=."
+for folder in "$sources_of"/*; do hidden="$hidden --remap-path-prefix=$folder=crates"; done
+
 # for_target TRIPLE COMMAND...: with a compiler that has the target: rustup's; else the one that Debian builds browsers with, which can
 # build its own standard library. Zig links, so that the C library of the system that builds does not matter.
 for_target() {
     triple=$1
     shift
+    export "CARGO_TARGET_$(echo "$triple" | tr 'a-z-' 'A-Z_')_RUSTFLAGS=$hidden"
     if rustup target list --installed 2>/dev/null | grep -qx "$triple"; then
         CARGO_TARGET_DIR="$root/target/published" "$@"
     elif [ -x /usr/bin/cargo ] && [ -e /usr/lib/rustlib/src/rust/library/Cargo.lock ]; then
@@ -224,7 +232,7 @@ c() {
         place=$(mktemp -d)
         folder=$place/cppr-c-$version-$processor-linux-gnu
         # The linker has stripped the shared library; the tool of this machine knows its own processor only.
-        strip=strip
+        strip="strip"
         [ "$processor" = "$(uname -m)" ] || strip=true
         STRIP=$strip crates/cppr-c/install.sh --prefix="$folder" --built="$(built "$triple")"
         cp LICENSE-MIT LICENSE-APACHE docs/src/c.md "$folder/"
