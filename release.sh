@@ -139,6 +139,43 @@ sources() {
     cp target/package/*-"$version".crate "$out/crates/"
 }
 
+# first_command README: the first line of its first indented block.
+first_command() {
+    sed -n '/^    /{s/^ *//p;q;}' "$1"
+}
+
+# readme_of_program PROCESSOR: the README of a clone begins with the compiler, which nobody needs here.
+readme_of_program() {
+    cat <<EOF
+# cppr $version for Linux ($1)
+
+Statics of concentric push-pull robots. The program is one file that needs nothing else installed. In this folder,
+
+    ./cppr solve robots/r3.toml --pull 5mm --plot r3.svg
+
+prints the equilibrium of a robot of two tubes, one pulled by 5 mm, and draws it. A robot of your own, the live view in the browser, and what else there is:
+
+    ./cppr new arm.toml --defaults
+    ./cppr view robots/r1.toml
+    ./cppr --help
+
+Each sub-command's \`--help\` ends with examples. The rest of this folder:
+
+| | |
+|---|---|
+| \`robots\` | robot files, to begin with |
+| \`man\` | manual pages: \`man -l man/cppr.1\`, or copy them to \`~/.local/share/man/man1\` |
+| \`completions/cppr.bash\` | \`source\` it in \`~/.bashrc\` |
+| \`completions/cppr.zsh\` | copy it as \`_cppr\` into a folder of \`fpath\` |
+| \`completions/cppr.fish\` | copy it to \`~/.config/fish/completions/\` |
+
+EOF
+    if [ "$1" = x86_64 ]; then
+        echo "The processor must have the vector instructions of 2015 (AVX2); for an older one build the program from source with \`RUSTFLAGS=\"\"\`."
+    fi
+    echo "License: MIT or Apache 2.0, at your option."
+}
+
 program() {
     for processor in $processors; do
         triple=$processor-unknown-linux-musl
@@ -148,7 +185,8 @@ program() {
         binary=$(built "$triple")/cppr
         folder=$(mktemp -d)/cppr-$version-$processor-linux
         mkdir -p "$folder/completions"
-        cp "$binary" README.md LICENSE-MIT LICENSE-APACHE "$folder/"
+        cp "$binary" LICENSE-MIT LICENSE-APACHE "$folder/"
+        readme_of_program "$processor" >"$folder/README.md"
         if before=$(runner "$triple"); then
             $before "$binary" man --output "$folder/man" >/dev/null
             for shell in bash zsh fish; do $before "$binary" completions $shell >"$folder/completions/cppr.$shell"; done
@@ -159,10 +197,11 @@ program() {
         tar -C "${folder%/*}" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
         rm -r "${folder%/*}"
         if before=$(runner "$triple"); then
-            # In an empty place, with nothing of this environment: the first example of the README.
+            # In an empty place, with nothing of this environment: the first command of its README.
             place=$(mktemp -d)
             tar -C "$place" -xzf "$out/cppr-$version-$processor-linux.tar.gz"
-            (cd "$place"/* && env -i $before ./cppr solve robots/r3.toml --pull 5mm --plot r3.svg && [ -s r3.svg ]) | grep "134.383" ||
+            # shellcheck disable=SC2046,SC2086
+            (cd "$place"/* && env -i $before $(first_command README.md) && [ -s r3.svg ]) | grep "134.383" ||
                 fail "the program for $triple does not solve the first example"
             rm -r "$place"
         fi
@@ -235,7 +274,11 @@ c() {
         strip="strip"
         [ "$processor" = "$(uname -m)" ] || strip=true
         STRIP=$strip crates/cppr-c/install.sh --prefix="$folder" --built="$(built "$triple")"
-        cp LICENSE-MIT LICENSE-APACHE docs/src/c.md "$folder/"
+        cp LICENSE-MIT LICENSE-APACHE "$folder/"
+        # The page as it is read: the book puts the first example where it is named.
+        tail -n +2 crates/cppr-c/examples/first.c >"$place/first.c"
+        sed -e "/^{{#include .*first\.c:2:}}/{r $place/first.c" -e 'd;}' docs/src/c.md >"$folder/c.md"
+        ! grep -q "{{#" "$folder/c.md" || fail "c.md names a file that is not put in"
         mkdir "$folder/examples"
         cp crates/cppr-c/examples/* robots/r3.toml "$folder/examples/"
         # The toolbox for MATLAB and Octave, which is compiled against this library.
