@@ -258,7 +258,7 @@ c_elsewhere() {
         $cc -o shared -Llib -lcppr
         $cc -o static lib/libcppr.a -lunwind -lpthread -ldl -lm
         for program in shared static; do
-            env -i "qemu-$1-static" -L "$other" -E LD_LIBRARY_PATH="$PWD/lib" ./$program examples/r3.toml | grep "134.383" || exit 1
+            env -i "qemu-$1-static" -L "$other" -E LD_LIBRARY_PATH="$PWD/lib" ./$program robots/r3.toml | grep "134.383" || exit 1
         done
     ) || fail "the C library for $1 does not solve the first example"
     rm -r "$place"
@@ -280,9 +280,10 @@ c() {
         sed -e "/^{{#include .*first\.c:2:}}/{r $place/first.c" -e 'd;}' docs/src/c.md >"$folder/c.md"
         ! grep -q "{{#" "$folder/c.md" || fail "c.md names a file that is not put in"
         mkdir "$folder/examples"
-        cp crates/cppr-c/examples/* robots/r3.toml "$folder/examples/"
+        cp crates/cppr-c/examples/* "$folder/examples/"
+        cp -r robots "$folder/"
         # The toolbox for MATLAB and Octave, which is compiled against this library.
-        cp -r matlab "$folder/"
+        cp -r matlab docs/src/matlab.md "$folder/"
         rm -f "$folder/matlab/test.sh" "$folder"/matlab/*.mex*
         tar -C "$place" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
         rm -r "$place"
@@ -297,12 +298,12 @@ c() {
             cd "$place"/*/examples
             env -i PATH=/usr/bin:/bin cmake -S . -B "$place/build" -DCMAKE_PREFIX_PATH="${PWD%/*}" -DCMAKE_BUILD_TYPE=Release >/dev/null
             env -i PATH=/usr/bin:/bin cmake --build "$place/build" --target first >/dev/null
-            env -i "$place/build/first" r3.toml
+            env -i "$place/build/first" ../robots/r3.toml
         ) | grep "134.383" || fail "the C library for $triple does not solve the first example"
         if command -v mkoctfile >/dev/null; then
             (
                 cd "$place"/*/matlab
-                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-history --no-window-system --eval "build_cppr, robot = cppr.Robot('../examples/r3.toml'); \
+                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-history --no-window-system --eval "build_cppr, robot = cppr.Robot('../robots/r3.toml'); \
                     eq = robot.solve('pull', 5e-3); printf('Octave: %.3f mm\n', 1e3 * eq.tip_position(1))" 2>&1
             ) | grep "134.383" || fail "the toolbox does not solve the first example in Octave"
         else
