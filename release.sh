@@ -215,6 +215,31 @@ eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
 assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
 print(eq)"
 
+# hide_folder WHEEL: maturin lists what is in a wheel, with the folder it was built in; RECORD has the list's checksum.
+hide_folder() {
+    python3 - "$1" "$root/" <<'EOF'
+import base64, hashlib, os, sys, zipfile
+
+wheel, folder = sys.argv[1], sys.argv[2].encode()
+with zipfile.ZipFile(wheel) as old:
+    files = [(info, old.read(info)) for info in old.infolist()]
+changed = {}
+for i, (info, data) in enumerate(files):
+    if "/sboms/" in info.filename and folder in data:
+        data = data.replace(folder, b"")
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        changed[info.filename] = f"{info.filename},sha256={digest},{len(data)}"
+        files[i] = info, data
+with zipfile.ZipFile(wheel + ".new", "w", zipfile.ZIP_DEFLATED) as new:
+    for info, data in files:
+        if info.filename.endswith(".dist-info/RECORD"):
+            lines = data.decode().splitlines()
+            data = "".join(changed.get(line.split(",")[0], line) + "\n" for line in lines).encode()
+        new.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
+os.replace(wheel + ".new", wheel)
+EOF
+}
+
 # wheel_elsewhere PROCESSOR: installs and runs the wheel for another processor; false where nothing here runs it.
 wheel_elsewhere() {
     other=$(root_of "$1") || return 1
@@ -233,6 +258,7 @@ wheels() {
     for processor in $processors; do
         triple=$processor-unknown-linux-gnu
         make "the wheel" "$triple" maturin build --locked --release --zig --compatibility manylinux2014 --target "$triple" --out "$out" || continue
+        hide_folder "$(echo "$out"/cppr-*"$processor".whl)"
         if [ "$processor" != "$(uname -m)" ]; then
             wheel_elsewhere "$processor" || leave_out "not run: the wheel for $triple (needs qemu-$processor-static, and Debian's Python for it)"
             continue
@@ -323,6 +349,21 @@ sbom() {
     rm -f crates/*/sbom.cdx.json
 }
 
+# names_no_folder: nothing that is published tells where it was compiled.
+names_no_folder() {
+    find "$out" -name '*.tar.gz' -o -name '*.crate' -o -name '*.whl' | while read -r archive; do
+        place=$(mktemp -d)
+        case $archive in
+        *.whl) python3 -m zipfile -e "$archive" "$place" ;;
+        *) tar -C "$place" -xzf "$archive" ;;
+        esac
+        ! grep -rlF -e "$root/" -e "$sources_of" "$place" || fail "these files in $archive name a folder of this machine"
+        rm -r "$place"
+    done
+    ! grep -lF -e "$root/" -e "$sources_of" "$out"/*.json 2>/dev/null || fail "a list of contents names a folder of this machine"
+}
+
 for part in $parts; do $part; done
+names_no_folder
 (cd "$out" && find . -type f ! -name SHA256SUMS | sed 's|^\./||' | LC_ALL=C sort | xargs sha256sum >SHA256SUMS && sha256sum --quiet --check SHA256SUMS)
 ls -l "$out"
