@@ -43,11 +43,19 @@ mkdir -p "$out"
 # Debug information is for those who build from source.
 export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_STRIP=symbols CARGO_INCREMENTAL=0
 
+# Messages of a panic name a file. Where the sources of dependencies lie on this machine is nobody's concern: crates/serde-1.0.0/src/lib.rs is
+# enough. The variable of a target joins what .cargo/config.toml says for it; RUSTFLAGS would replace it.
+cargo fetch --locked --quiet
+sources_of=${CARGO_HOME:-$HOME/.cargo}/registry/src
+hidden="--remap-path-prefix=$root=."
+for folder in "$sources_of"/*; do hidden="$hidden --remap-path-prefix=$folder=crates"; done
+
 # for_target TRIPLE COMMAND...: with a compiler that has the target: rustup's; else the one that Debian builds browsers with, which can
 # build its own standard library. Zig links, so that the C library of the system that builds does not matter.
 for_target() {
     triple=$1
     shift
+    export "CARGO_TARGET_$(echo "$triple" | tr 'a-z-' 'A-Z_')_RUSTFLAGS=$hidden"
     if rustup target list --installed 2>/dev/null | grep -qx "$triple"; then
         CARGO_TARGET_DIR="$root/target/published" "$@"
     elif [ -x /usr/bin/cargo ] && [ -e /usr/lib/rustlib/src/rust/library/Cargo.lock ]; then
@@ -131,6 +139,43 @@ sources() {
     cp target/package/*-"$version".crate "$out/crates/"
 }
 
+# first_command README: the first line of its first indented block.
+first_command() {
+    sed -n '/^    /{s/^ *//p;q;}' "$1"
+}
+
+# readme_of_program PROCESSOR: the README of a clone begins with the compiler, which nobody needs here.
+readme_of_program() {
+    cat <<EOF
+# cppr $version for Linux ($1)
+
+Statics of concentric push-pull robots. The program is one file that needs nothing else installed. In this folder,
+
+    ./cppr solve robots/r3.toml --pull 5mm --plot r3.svg
+
+prints the equilibrium of a robot of two tubes, one pulled by 5 mm, and draws it. A robot of your own, the live view in the browser, and what else there is:
+
+    ./cppr new arm.toml --defaults
+    ./cppr view robots/r1.toml
+    ./cppr --help
+
+Each sub-command's \`--help\` ends with examples. The rest of this folder:
+
+| | |
+|---|---|
+| \`robots\` | robot files, to begin with |
+| \`man\` | manual pages: \`man -l man/cppr.1\`, or copy them to \`~/.local/share/man/man1\` |
+| \`completions/cppr.bash\` | \`source\` it in \`~/.bashrc\` |
+| \`completions/cppr.zsh\` | copy it as \`_cppr\` into a folder of \`fpath\` |
+| \`completions/cppr.fish\` | copy it to \`~/.config/fish/completions/\` |
+
+EOF
+    if [ "$1" = x86_64 ]; then
+        echo "The processor must have the vector instructions of 2015 (AVX2); for an older one build the program from source with \`RUSTFLAGS=\"\"\`."
+    fi
+    echo "License: MIT or Apache 2.0, at your option."
+}
+
 program() {
     for processor in $processors; do
         triple=$processor-unknown-linux-musl
@@ -140,7 +185,8 @@ program() {
         binary=$(built "$triple")/cppr
         folder=$(mktemp -d)/cppr-$version-$processor-linux
         mkdir -p "$folder/completions"
-        cp "$binary" README.md LICENSE-MIT LICENSE-APACHE "$folder/"
+        cp "$binary" LICENSE-MIT LICENSE-APACHE "$folder/"
+        readme_of_program "$processor" >"$folder/README.md"
         if before=$(runner "$triple"); then
             $before "$binary" man --output "$folder/man" >/dev/null
             for shell in bash zsh fish; do $before "$binary" completions $shell >"$folder/completions/cppr.$shell"; done
@@ -151,10 +197,11 @@ program() {
         tar -C "${folder%/*}" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
         rm -r "${folder%/*}"
         if before=$(runner "$triple"); then
-            # In an empty place, with nothing of this environment: the first example of the README.
+            # In an empty place, with nothing of this environment: the first command of its README.
             place=$(mktemp -d)
             tar -C "$place" -xzf "$out/cppr-$version-$processor-linux.tar.gz"
-            (cd "$place"/* && env -i $before ./cppr solve robots/r3.toml --pull 5mm --plot r3.svg && [ -s r3.svg ]) | grep "134.383" ||
+            # shellcheck disable=SC2046,SC2086
+            (cd "$place"/* && env -i $before $(first_command README.md) && [ -s r3.svg ]) | grep "134.383" ||
                 fail "the program for $triple does not solve the first example"
             rm -r "$place"
         fi
@@ -167,6 +214,31 @@ import cppr
 eq = cppr.Robot.from_toml('r3.toml').solve(pull=5 * cppr.mm)
 assert abs(eq.tip_position[0] - 0.134383) < 1e-6, eq
 print(eq)"
+
+# hide_folder WHEEL: maturin lists what is in a wheel, with the folder it was built in; RECORD has the list's checksum.
+hide_folder() {
+    python3 - "$1" "$root/" <<'EOF'
+import base64, hashlib, os, sys, zipfile
+
+wheel, folder = sys.argv[1], sys.argv[2].encode()
+with zipfile.ZipFile(wheel) as old:
+    files = [(info, old.read(info)) for info in old.infolist()]
+changed = {}
+for i, (info, data) in enumerate(files):
+    if "/sboms/" in info.filename and folder in data:
+        data = data.replace(folder, b"")
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        changed[info.filename] = f"{info.filename},sha256={digest},{len(data)}"
+        files[i] = info, data
+with zipfile.ZipFile(wheel + ".new", "w", zipfile.ZIP_DEFLATED) as new:
+    for info, data in files:
+        if info.filename.endswith(".dist-info/RECORD"):
+            lines = data.decode().splitlines()
+            data = "".join(changed.get(line.split(",")[0], line) + "\n" for line in lines).encode()
+        new.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
+os.replace(wheel + ".new", wheel)
+EOF
+}
 
 # wheel_elsewhere PROCESSOR: installs and runs the wheel for another processor; false where nothing here runs it.
 wheel_elsewhere() {
@@ -186,6 +258,7 @@ wheels() {
     for processor in $processors; do
         triple=$processor-unknown-linux-gnu
         make "the wheel" "$triple" maturin build --locked --release --zig --compatibility manylinux2014 --target "$triple" --out "$out" || continue
+        hide_folder "$(echo "$out"/cppr-*"$processor".whl)"
         if [ "$processor" != "$(uname -m)" ]; then
             wheel_elsewhere "$processor" || leave_out "not run: the wheel for $triple (needs qemu-$processor-static, and Debian's Python for it)"
             continue
@@ -211,7 +284,7 @@ c_elsewhere() {
         $cc -o shared -Llib -lcppr
         $cc -o static lib/libcppr.a -lunwind -lpthread -ldl -lm
         for program in shared static; do
-            env -i "qemu-$1-static" -L "$other" -E LD_LIBRARY_PATH="$PWD/lib" ./$program examples/r3.toml | grep "134.383" || exit 1
+            env -i "qemu-$1-static" -L "$other" -E LD_LIBRARY_PATH="$PWD/lib" ./$program robots/r3.toml | grep "134.383" || exit 1
         done
     ) || fail "the C library for $1 does not solve the first example"
     rm -r "$place"
@@ -224,14 +297,19 @@ c() {
         place=$(mktemp -d)
         folder=$place/cppr-c-$version-$processor-linux-gnu
         # The linker has stripped the shared library; the tool of this machine knows its own processor only.
-        strip=strip
+        strip="strip"
         [ "$processor" = "$(uname -m)" ] || strip=true
         STRIP=$strip crates/cppr-c/install.sh --prefix="$folder" --built="$(built "$triple")"
-        cp LICENSE-MIT LICENSE-APACHE docs/src/c.md "$folder/"
+        cp LICENSE-MIT LICENSE-APACHE "$folder/"
+        # The page as it is read: the book puts the first example where it is named.
+        tail -n +2 crates/cppr-c/examples/first.c >"$place/first.c"
+        sed -e "/^{{#include .*first\.c:2:}}/{r $place/first.c" -e 'd;}' docs/src/c.md >"$folder/c.md"
+        ! grep -q "{{#" "$folder/c.md" || fail "c.md names a file that is not put in"
         mkdir "$folder/examples"
-        cp crates/cppr-c/examples/* robots/r3.toml "$folder/examples/"
+        cp crates/cppr-c/examples/* "$folder/examples/"
+        cp -r robots "$folder/"
         # The toolbox for MATLAB and Octave, which is compiled against this library.
-        cp -r matlab "$folder/"
+        cp -r matlab docs/src/matlab.md "$folder/"
         rm -f "$folder/matlab/test.sh" "$folder"/matlab/*.mex*
         tar -C "$place" -czf "$out/${folder##*/}.tar.gz" "${folder##*/}"
         rm -r "$place"
@@ -246,12 +324,12 @@ c() {
             cd "$place"/*/examples
             env -i PATH=/usr/bin:/bin cmake -S . -B "$place/build" -DCMAKE_PREFIX_PATH="${PWD%/*}" -DCMAKE_BUILD_TYPE=Release >/dev/null
             env -i PATH=/usr/bin:/bin cmake --build "$place/build" --target first >/dev/null
-            env -i "$place/build/first" r3.toml
+            env -i "$place/build/first" ../robots/r3.toml
         ) | grep "134.383" || fail "the C library for $triple does not solve the first example"
         if command -v mkoctfile >/dev/null; then
             (
                 cd "$place"/*/matlab
-                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-history --no-window-system --eval "build_cppr, robot = cppr.Robot('../examples/r3.toml'); \
+                env -i PATH=/usr/bin:/bin octave-cli --quiet --no-history --no-window-system --eval "build_cppr, robot = cppr.Robot('../robots/r3.toml'); \
                     eq = robot.solve('pull', 5e-3); printf('Octave: %.3f mm\n', 1e3 * eq.tip_position(1))" 2>&1
             ) | grep "134.383" || fail "the toolbox does not solve the first example in Octave"
         else
@@ -271,6 +349,21 @@ sbom() {
     rm -f crates/*/sbom.cdx.json
 }
 
+# names_no_folder: nothing that is published tells where it was compiled.
+names_no_folder() {
+    find "$out" -name '*.tar.gz' -o -name '*.crate' -o -name '*.whl' | while read -r archive; do
+        place=$(mktemp -d)
+        case $archive in
+        *.whl) python3 -m zipfile -e "$archive" "$place" ;;
+        *) tar -C "$place" -xzf "$archive" ;;
+        esac
+        ! grep -rlF -e "$root/" -e "$sources_of" "$place" || fail "these files in $archive name a folder of this machine"
+        rm -r "$place"
+    done
+    ! grep -lF -e "$root/" -e "$sources_of" "$out"/*.json 2>/dev/null || fail "a list of contents names a folder of this machine"
+}
+
 for part in $parts; do $part; done
+names_no_folder
 (cd "$out" && find . -type f ! -name SHA256SUMS | sed 's|^\./||' | LC_ALL=C sort | xargs sha256sum >SHA256SUMS && sha256sum --quiet --check SHA256SUMS)
 ls -l "$out"
