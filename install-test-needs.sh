@@ -16,6 +16,8 @@ if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     need pkg-config pkg-config
     need mkoctfile octave octave-dev gnuplot-nox fonts-freefont-otf ghostscript
     need chromium chromium fonts-noto-core
+    need zsh zsh
+    need fish fish
     python3 -m ensurepip --version >/dev/null 2>&1 || wanted="$wanted python3-venv"
     if [ -n "$wanted" ]; then
         apt-get update -qq

@@ -199,12 +199,11 @@ impl Gapped {
             };
             let zones: Vec<String> = pair.zones.iter().map(zone).collect();
             let zones = if zones.is_empty() { "nowhere on the wall".into() } else { zones.join(", ") };
-            let mean = mm(pair.mean(&found.labels)[0]);
             let text = format!(
-                "tube {} lies {mm} mm aside on average in a gap of {} mm, {zones}",
+                "tube {} lies {} mm aside on average in a gap of {} mm, {zones}",
                 pair.inner + 1,
-                mm(pair.gap),
-                mm = mean
+                mm(pair.mean(&found.labels)[0]),
+                mm(pair.gap)
             );
             lines.push((String::new(), text));
         }
@@ -241,6 +240,10 @@ impl Gapped {
     /// Where the inner tubes lie, and how hard they press on the walls.
     pub fn panels(&self) -> Vec<Panel> {
         let Self::Solved(found) = self else { return Vec::new() };
+        let widest = found.pairs.iter().map(|pair| pair.gap).fold(0.0, f64::max) * 1e3;
+        if widest <= 0.0 {
+            return Vec::new();
+        }
         let along = || Axis::new("label of tube 1", "mm");
         let series = |of: &dyn Fn(usize) -> Vec<f64>| -> Vec<Series> {
             let one = |(k, pair): (usize, &cppr::clearance::PairClearance)| Series {
@@ -253,7 +256,6 @@ impl Gapped {
         };
         let offsets = series(&|k| found.pairs[k].offset.iter().map(|own| own * 1e3).collect());
         let forces = series(&|k| found.pairs[k].force.iter().map(|own| own * 1e-3).collect());
-        let widest = found.pairs.iter().map(|pair| pair.gap).fold(0.0, f64::max) * 1e3;
         let mut aside = Axis::new("offset in the gap", "mm");
         aside.range = Some([-1.05 * widest, 1.05 * widest]);
         let mut pressed = Axis::new("force of the wall", "N/mm");

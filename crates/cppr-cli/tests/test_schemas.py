@@ -81,7 +81,8 @@ BUNDLES = {
         "solve robots/bundles/hybrid.toml --pull 2=1mm --rotate 3=90deg --samples 3",
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
         "solve robots/bundles/uncut_ends.toml --rotate 6000deg --samples 3",
-        "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --clearance 0.1mm --samples 3",
+        "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --samples 3",
+        "solve robots/bundles/s_shape.toml --pull 5mm --clearance 0.1mm --samples 3",
     ],
     "bundle-continue": [
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",
