@@ -15,8 +15,8 @@ pub(super) struct Chord {
 
 /// Integrations.
 const MOST: usize = 12;
-/// The scaled step with which the method ends: a thousandth of the accuracy that is promised.
-const SETTLED: f64 = 1e-7;
+/// The scaled step with which the method ends.
+const SETTLED: f64 = 1e-9;
 /// By this factor at least a step is shorter than the one before; else slopes are taken anew.
 const SHRINKS: f64 = 0.25;
 /// Part of the steps' own length by which conditions answer to a step, between which slopes learn from it.
