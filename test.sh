@@ -8,7 +8,7 @@ fail() {
     exit 1
 }
 
-# Without line numbers, which no test asks for and which take the compiler a tenth of its time.
+# Without line numbers, which no test asks for, so that it compiles sooner.
 export CARGO_PROFILE_RELEASE_DEBUG=false
 
 ./install-test-needs.sh >/dev/null 2>&1 </dev/null &

@@ -289,7 +289,7 @@ impl Problem<'_> {
     fn accuracy(&self) -> (f64, usize) {
         let last = self.last.borrow();
         let looked_at = (0..self.designs.len()).flat_map(|group| self.looked_at(group));
-        let errors = looked_at.filter_map(|m| last[m].as_ref()?.error());
+        let errors = looked_at.filter_map(|m| last[m].as_ref()?.error().filter(|own| own.is_finite()));
         errors.fold((0.0, 0), |(most, known), own| (most.max(own), known + 1))
     }
 
