@@ -48,7 +48,11 @@ export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_STRIP=symbols CAR
 cargo fetch --locked --quiet
 sources_of=${CARGO_HOME:-$HOME/.cargo}/registry/src
 hidden="--remap-path-prefix=$root=."
-for folder in "$sources_of"/*; do hidden="$hidden --remap-path-prefix=$folder=crates"; done
+hidden_in_c=
+for folder in "$sources_of"/*; do
+    hidden="$hidden --remap-path-prefix=$folder=crates"
+    hidden_in_c="$hidden_in_c -ffile-prefix-map=$folder=crates"
+done
 
 # for_target TRIPLE COMMAND...: with a compiler that has the target: rustup's; else the one that Debian builds browsers with, which can
 # build its own standard library. Zig links, so that the C library of the system that builds does not matter.
@@ -56,6 +60,7 @@ for_target() {
     triple=$1
     shift
     export "CARGO_TARGET_$(echo "$triple" | tr 'a-z-' 'A-Z_')_RUSTFLAGS=$hidden"
+    export "CFLAGS_$(echo "$triple" | tr - _)=$hidden_in_c"
     if rustup target list --installed 2>/dev/null | grep -qx "$triple"; then
         CARGO_TARGET_DIR="$root/target/published" "$@"
     elif [ -x /usr/bin/cargo ] && [ -e /usr/lib/rustlib/src/rust/library/Cargo.lock ]; then
