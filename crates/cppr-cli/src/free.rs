@@ -8,6 +8,7 @@ use crate::resolved::{AccuracyArgs, Resolved};
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
 use cppr::analysis::{BundleAnalysis, Governing, Teeth, absurd_demand, governing};
+use cppr::bundle::Friction;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium};
 use cppr::solve::{Command, Equilibrium, Freedom, Input, Quantity, Solver};
 use cppr_io::bundle_file::Described;
@@ -32,11 +33,11 @@ impl FreeArgs {
         &self,
         robot: &Path,
         args: &CommandArgs,
-        accuracy: &AccuracyArgs,
+        (accuracy, friction): (&AccuracyArgs, Option<Friction>),
         of_robot: impl FnOnce(&mut Solver, &Command, &[FreeInput]) -> Result<(), Failure>,
         of_bundle: impl FnOnce(&mut BundleAnalysis, &BundleCommand, &[FreeInput]) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        match accuracy.described(robot)? {
+        match accuracy.described_with(robot, friction.as_ref())? {
             Described::Robot(file) => {
                 let built = build(&file, robot)?;
                 let command = args.command(&built)?;

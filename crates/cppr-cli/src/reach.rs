@@ -9,6 +9,7 @@ use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{Kind, direction, scalar, vector};
 use crate::resolved::AccuracyArgs;
+use crate::rubbing::{FrictionArgs, Touch};
 use crate::table::plain;
 use cppr::Vector3;
 use cppr::analysis::inverse::{Accuracy, Conditioning, FreeInput, Reach, Target};
@@ -23,10 +24,12 @@ Examples:
   cppr reach robots/childs3.toml --position 25.152,-2.689,13.327mm --rotate 3=0deg --pull-bounds 2=-2..2mm --pull-bounds 3=-2..2mm --rotate-bounds 2=-45..45deg
   cppr reach robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N --json -
   cppr reach robots/r1.toml --position 100,100,100mm --plot reach.svg
+  cppr reach robots/r1.toml --position 128,-58.3,0mm --rotate 0deg --pull-bounds 0..6mm --friction 0.2
   cppr reach robots/bundles/two_sections.toml --position 110,-20,0mm --pull 3=0mm --pull-bounds 2=-5..5mm --pull-bounds 4=-5..5mm --rotate 2=0deg --rotate 3=0deg --rotate 4=0deg
 
 Actuators that are given a value keep it, all others are free. The target is in the base frame: the robot at rest
-lies along +X from the baseplate. What is out of reach is answered with the nearest pose and its distance.";
+lies along +X from the baseplate. What is out of reach is answered with the nearest pose and its distance.
+With --friction the answer is that without, and the two poses are told between which friction leaves the robot there.";
 
 /// Arguments of `cppr reach`.
 #[derive(clap::Args)]
@@ -45,6 +48,8 @@ pub struct Args {
     accuracy: AccuracyArgs,
     #[command(flatten)]
     free: FreeArgs,
+    #[command(flatten)]
+    friction: FrictionArgs,
     /// Distance within which the position counts as reached
     #[arg(long, value_name = "LENGTH", default_value = "0.1mm", value_parser = |t: &str| scalar(t, Kind::Length))]
     tolerance: f64,
@@ -84,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.free.search(
         &args.robot,
         &args.command,
-        &args.accuracy,
+        (&args.accuracy, args.friction.friction()),
         |solver, command, free| {
             let find = |solver: &mut Solver| {
                 solver.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))
@@ -92,13 +97,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let (answer, resolved) = args.accuracy.search(solver, find, |answer| &answer.equilibrium)?;
             let state = State::of(solver, &resolved);
             outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
-            finish(args, &outputs, &solver.robot().design().name, free, &state, answer)
+            finish(args, &outputs, &solver.robot().design().name, free, &state, &Touch::default(), answer)
         },
         |analysis, command, free| {
             let answer = analysis.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))?;
             let state = State::of_bundle(analysis, &answer.equilibrium);
             outputs.draw(|| bundle::marked(analysis, &answer.equilibrium, marks.clone()))?;
-            finish(args, &outputs, &analysis.design().name, free, &state, answer)
+            let touch = Touch::of(&analysis.solver, &answer.equilibrium, &args.friction, false)?;
+            finish(args, &outputs, &analysis.design().name, free, &state, &touch, answer)
         },
     )
 }
@@ -110,14 +116,21 @@ fn finish<E>(
     name: &str,
     free: &[FreeInput],
     state: &State,
+    touch: &Touch,
     mut answer: Reach<E>,
 ) -> Result<(), Failure> {
     answer.reached = answer.distance.is_none_or(|d| d <= args.tolerance)
         && answer.angle.is_none_or(|a| a <= args.angle_tolerance);
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", as_json(name, free, state, &answer)))?;
+        let mut whole = as_json(name, free, state, &answer);
+        whole["friction"] = json!(touch.friction_json());
+        write_or_print(path, &format!("{whole:#}\n"))?;
     }
-    outputs.report(&table(name, free, state, &answer))
+    let mut text = table(name, free, state, &answer);
+    for (head, value) in touch.lines() {
+        line(&mut text, &head, &value);
+    }
+    outputs.report(&text)
 }
 
 fn table<E>(name: &str, free: &[FreeInput], state: &State, answer: &Reach<E>) -> String {

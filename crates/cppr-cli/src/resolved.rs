@@ -4,6 +4,7 @@ use crate::Failure;
 use crate::command::{described, no_equilibrium};
 use crate::table::plain;
 use cppr::analysis::{ACCURACY, Accuracy, Against, Followed};
+use cppr::bundle::Friction;
 use cppr::solve::{Command, Equilibrium, Settings, Solver, Status};
 use cppr_io::bundle_file::{self, Described};
 use cppr_io::result::AccuracyRecord;
@@ -37,6 +38,11 @@ impl AccuracyArgs {
         }
         let design = bundle_file::read_bundle(path).map_err(|problem| Failure::Input(problem.to_string()))?;
         Ok(Described::Bundle(design))
+    }
+
+    /// The same; friction is that of tubes along which is integrated.
+    pub fn described_with(&self, path: &Path, friction: Option<&Friction>) -> Result<Described, Failure> {
+        Self { integrate: self.integrate || friction.is_some(), ..self.clone() }.described(path)
     }
 
     /// Solves from rest; where that finds no stable equilibrium, follows the path of equilibria from rest to the command. What is found may be no equilibrium.

@@ -19,7 +19,7 @@ const TALL: f64 = 180.0;
 /// How tubes rub.
 #[derive(clap::Args)]
 pub struct FrictionArgs {
-    /// Coefficient of friction between the tubes: print the two poses, of motors driven on and of motors driven back, between which friction leaves the robot
+    /// Coefficient of friction between the tubes: give the two answers, of motors driven on and of motors driven back, between which friction leaves the robot
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
     friction: Option<f64>,
     /// Length of the guide below the plate in which tubes are held: adds its friction
@@ -28,8 +28,9 @@ pub struct FrictionArgs {
 }
 
 impl FrictionArgs {
-    pub fn is_asked(&self) -> bool {
-        self.friction.is_some()
+    /// What is asked for.
+    pub fn friction(&self) -> Option<Friction> {
+        self.friction.map(|coefficient| Friction { coefficient, guide: self.guide })
     }
 }
 
@@ -75,13 +76,13 @@ impl Touch {
         } else {
             Contact::default()
         };
-        let slip = match args.friction {
+        let slip = match args.friction() {
             None => None,
-            Some(coefficient) => {
-                let friction = Friction { coefficient, guide: args.guide };
+            Some(friction) => {
                 let sides = solver.full_slip(found, &friction).ok_or_else(|| {
                     Failure::NoEquilibrium(format!(
-                        "--friction {coefficient}: no equilibrium with full slip was found; take less friction, or command less"
+                        "--friction {}: no equilibrium with full slip was found; take less friction, or command less",
+                        friction.coefficient
                     ))
                 })?;
                 Some((friction, sides))

@@ -3,14 +3,16 @@
 use crate::Failure;
 use crate::bundle::Ready;
 use crate::command::{CommandArgs, build};
-use crate::free::{self, HALF, line};
+use crate::free::{self, HALF, line, three};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, direction, for_tube, scalar, vector};
 use crate::resolved::{AccuracyArgs, Resolved};
+use crate::rubbing::FrictionArgs;
 use crate::table::{millimetres, plain};
 use cppr::Vector3;
 use cppr::analysis::inverse::{Measured, Principal, Sensed};
+use cppr::bundle::Friction;
 use cppr::solve::{Freedom, Quantity, Solver};
 use cppr_io::bundle_file::Described;
 use serde_json::{Value, json};
@@ -25,8 +27,10 @@ Examples:
   cppr sense robots/r1.toml --pull 5mm --measured-tension 4.87N --measured-position 120.3,-66.6,7.2mm
   cppr sense robots/r1.toml --pull 5mm --rotate 20deg --measured-tension 5.07N --measured-torque 3.8Nmm --measured-position 120.9,-65.5,-2mm --measured-direction 0.37,-0.93,-0.04 --json -
   cppr sense robots/childs3.toml --pull 2=1mm --pull 3=-0.5mm --measured-tension 2=11.65N --measured-tension 3=-6.72N
+  cppr sense robots/r1.toml --pull 5mm --measured-tension 5.2N --measured-position 120.3,-66.6,0mm --friction 0.2
 
-Motions and known loads are given as for cppr solve. What the measurements do not see is named.";
+Motions and known loads are given as for cppr solve. What the measurements do not see is named. With --friction
+the force is given for motors that were driven on to where they are, and for motors that were driven back.";
 
 /// Arguments of `cppr sense`.
 #[derive(clap::Args)]
@@ -64,6 +68,8 @@ pub struct Args {
     command: CommandArgs,
     #[command(flatten)]
     accuracy: AccuracyArgs,
+    #[command(flatten)]
+    friction: FrictionArgs,
     /// Write the answer, - for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -94,7 +100,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .into(),
         ));
     }
-    match args.accuracy.described(&args.robot)? {
+    let friction = args.friction.friction();
+    match args.accuracy.described_with(&args.robot, friction.as_ref())? {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let command = args.command.command(&robot)?;
@@ -104,13 +111,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 solver.sense(&command, &measured, args.moment).map_err(|p| free::failure(&p))
             };
             let (answer, resolved) = args.accuracy.search(&mut solver, find, |answer| &answer.equilibrium)?;
-            finish(args, &outputs, &robot.design().name, &measured, &answer, Some(&resolved))
+            finish(args, &outputs, &robot.design().name, &measured, (&answer, None), Some(&resolved))
         }
         Described::Bundle(design) => {
             let ready = Ready::new(&args.command, &args.robot, &design)?;
             believable(ready.bundle.length(), args.measured_position)?;
-            let answer = ready.analysis(&design).sense(&ready.command, &measured, args.moment);
-            finish(args, &outputs, &design.name, &measured, &answer.map_err(|p| free::failure(&p))?, None)
+            let mut analysis = ready.analysis(&design);
+            let answer = analysis.sense(&ready.command, &measured, args.moment);
+            let answer = answer.map_err(|p| free::failure(&p))?;
+            let slipping = friction.map(|friction| {
+                let sides = analysis.sense_rubbed(&ready.command, &measured, args.moment, &friction);
+                Ok((friction, sides.map_err(|p| free::failure(&p))?))
+            });
+            let slipping = slipping.transpose()?;
+            finish(args, &outputs, &design.name, &measured, (&answer, slipping.as_ref()), None)
         }
     }
 }
@@ -121,17 +135,41 @@ fn finish<E>(
     outputs: &Outputs,
     name: &str,
     measured: &[Measured],
-    answer: &Sensed<E>,
+    (answer, slipping): (&Sensed<E>, Option<&(Friction, [Option<Sensed<E>>; 2])>),
     resolved: Option<&Resolved>,
 ) -> Result<(), Failure> {
     if let Some(path) = outputs.json {
         let mut whole = as_json(name, answer, args.moment);
         whole["accuracy"] = json!(resolved.map(Resolved::json));
+        whole["friction"] = json!(slipping.map(|(friction, [loading, unloading])| {
+            let side = |own: &Option<Sensed<E>>| {
+                own.as_ref().map(|own| {
+                    let moment = args.moment.then(|| <[f64; 3]>::from(own.moment));
+                    json!({ "force_N": <[f64; 3]>::from(own.force), "moment_Nm": moment })
+                })
+            };
+            json!({ "coefficient": friction.coefficient, "guide_m": friction.guide,
+                "loading": side(loading), "unloading": side(unloading) })
+        }));
         write_or_print(path, &format!("{whole:#}\n"))?;
     }
     let mut text = table(name, answer, args.moment);
     for (head, value) in resolved.into_iter().flat_map(Resolved::lines) {
         line(&mut text, head, &value);
+    }
+    if let Some((friction, sides)) = slipping {
+        for (way, side) in ["driven on", "driven back"].into_iter().zip(sides) {
+            let head = format!("friction {}", friction.coefficient);
+            let Some(side) = side else {
+                line(&mut text, &head, &format!("no force explains this if the motors were {way}"));
+                continue;
+            };
+            let force = three(side.force.into(), 4);
+            line(&mut text, &head, &format!("{force} N if the motors were {way}"));
+            if args.moment {
+                line(&mut text, "", &format!("{} N mm", three((side.moment * 1e3).into(), 4)));
+            }
+        }
     }
     for (one, miss) in measured.iter().zip(&answer.misses).filter(|(_, miss)| **miss > FAR) {
         line(&mut text, "not explained", &missed(one, *miss));

@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.free.search(
         &args.robot,
         &args.command,
-        &args.accuracy,
+        (&args.accuracy, None),
         |solver, command, free| {
             let find = |solver: &mut Solver| {
                 solver.shape_match(command, free, &points).map_err(|p| free::failure(&p))

@@ -158,7 +158,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// What the tubes do to each other, where that is asked for.
 fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch, Failure> {
     let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap)).transpose()?;
-    if !(args.contact || args.friction.is_asked()) {
+    if !(args.contact || args.friction.friction().is_some()) {
         return Ok(Touch { gapped, ..Touch::default() });
     }
     let own = solver.integrated(found).ok_or_else(|| {

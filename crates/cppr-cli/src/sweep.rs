@@ -10,6 +10,7 @@ use crate::output::{self, note, write_or_print};
 use crate::outputs::Outputs;
 use crate::quantity::{ForTube, Kind, Span, bare_span, span_for_any_tube, span_vector};
 use crate::resolved::AccuracyArgs;
+use crate::rubbing::FrictionArgs;
 use cppr::analysis::{ACCURACY, Teeth, absurd_demand};
 use cppr::bundle::solve::{BundleCommand, TubeDrive};
 use cppr::bundle::{Bundle, BundleDesign};
@@ -38,11 +39,13 @@ Examples:
   cppr sweep robots/r1.toml --pull -5..5mm:11 --output pulls.csv --json -
   cppr sweep robots/childs3.toml --pull 2=-1..1mm:5 --pull 3=-1..1mm:5 --margin --output margin.parquet --resume
   cppr sweep robots/bundles/two_sections.toml --pull 2=0..3mm:4 --pull 4=0..2mm:5 --output sections.csv --plot sections.svg
+  cppr sweep robots/r1.toml --pull 0..6mm:7 --friction 0.2 --output friction.csv
   cppr sweep robots/bundles/uncut_ends.toml --pull 1mm --vary tube1.part2.notches.depth_mm=normal(1.6,0.01) --samples 20 --output ends.parquet
 
 A range FROM..TO:COUNT spans a grid with the others, the last of: --vary, --tip-force, --tip-moment, --pull, --tension,
 --rotate, --torque varying fastest. With --samples a range is FROM..TO and is sampled evenly. --vary takes keys of the
 robot file, in their own unit: a range, uniform(a,b) or normal(mean,deviation).
+With --friction tip and actuators of all tubes are added as they are with motors driven on (loading_) and driven back (unloading_).
 With --samples mean, deviation and percentiles of every output are printed, and which input moves the tip most.
 The ending of the output says its format: .csv, .npz or .parquet. Every pose is a row, with its status.
 Ctrl-C or a crash loses at most the poses in work: the same command with --resume goes on.
@@ -92,6 +95,8 @@ pub struct Args {
     /// Add the greatest utilisation of strain, closing notches and torsion, and where it is, as cppr limits
     #[arg(long)]
     limits: bool,
+    #[command(flatten)]
+    friction: FrictionArgs,
     /// With --limits: let the teeth bend as the notches do
     #[arg(long, requires = "limits")]
     bending_teeth: bool,
@@ -175,7 +180,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let subject = match args.accuracy.described(&args.robot)? {
+    let subject = match args.accuracy.described_with(&args.robot, args.friction.friction().as_ref())? {
         Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
         Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
     };
@@ -217,6 +222,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let mut study = matches!(task.plan, Plan::Samples { .. }).then(|| Study::new(&task));
     let mut reasons = [const { None }; Verdict::ALL.len()];
+    let slipping = task.columns().iter().position(|column| column.name == "loading_tip_x_m");
+    let mut no_slip = 0;
     let visit = |chunk: &Chunk| {
         if let Some(study) = &mut study {
             study.visit(chunk);
@@ -232,6 +239,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             cloud.visit(chunk);
         }
         errors.visit(&task, chunk);
+        if let Some(slipping) = slipping {
+            let verdicts = chunk.column(task.axes.len()).iter().filter_map(|code| Verdict::from_code(*code));
+            let rows = verdicts.zip(chunk.column(slipping));
+            no_slip += rows.filter(|(verdict, tip)| verdict.is_equilibrium() && tip.is_nan()).count();
+        }
     };
     let finished = write_file(&task, &target, &options, progress, visit);
     bar.finish_and_clear();
@@ -246,6 +258,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut text = summary(args, &task, &finished, &reasons, solved, seconds);
     text += &errors.text();
+    if no_slip > 0 {
+        let _ = writeln!(
+            text,
+            "  no equilibrium with full slip was found in {no_slip} rows: their columns of friction are empty"
+        );
+    }
     if let Some(report) = study {
         text += &crate::study::text(&report);
     }
@@ -338,7 +356,15 @@ fn task(args: &Args, subject: Subject) -> Result<Task, Failure> {
     let axes = axes(args)?;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
     let limits = args.limits.then_some(teeth);
-    Ok(Task { subject, robot_text, axes, plan, margin: args.margin, limits })
+    Ok(Task {
+        subject,
+        robot_text,
+        axes,
+        plan,
+        margin: args.margin,
+        limits,
+        friction: args.friction.friction(),
+    })
 }
 
 /// What varies.

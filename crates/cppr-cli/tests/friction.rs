@@ -117,6 +117,49 @@ fn what_friction_cannot_do_is_said() {
     assert!(text(&output.stderr).contains("leg 1"), "{}", text(&output.stderr));
 }
 
+/// What friction does to a pose is the same in a table, in a search and, read backwards, in a force that is sensed.
+#[test]
+fn sweeps_searches_and_sensing_know_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let rub = ["--friction", "0.2", "--guide", "20mm"];
+    let sweep = ["sweep", "robots/r1.toml", "--pull", "3..5mm:3", "--output", "table.csv"];
+    let output = cppr_in(folder.path(), &[&sweep[..], &rub].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = std::fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    let mut rows = table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(','));
+    let header: Vec<&str> = rows.next().unwrap().collect();
+    let last: Vec<&str> = rows.next_back().unwrap().collect();
+    let at = |name: &str| last[header.iter().position(|h| *h == name).unwrap()].parse::<f64>().unwrap();
+    let pose = ["robots/r1.toml", "--pull", "5mm", "--json", "-"];
+    let own = json(&[&["solve"][..], &pose, &rub].concat());
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-4;
+    for way in ["loading", "unloading"] {
+        assert!(near(at(&format!("{way}_tube2_tension_N")), force(&own["friction"][way], 2)), "{way}");
+    }
+    // Driven on to 5 mm without a force on the tip.
+    let tension = format!("{}N", force(&own["friction"]["loading"], 2));
+    let tip: Vec<String> = own["friction"]["loading"]["tip_position_m"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| (c.as_f64().unwrap() * 1e3).to_string())
+        .collect();
+    let tip = format!("{}mm", tip.join(","));
+    let measured = ["--measured-tension", &tension, "--measured-position", &tip];
+    let sensed = json(&[&["sense"][..], &pose, &measured, &rub].concat());
+    let size = |own: &Value| {
+        own["force_N"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap().powi(2)).sum::<f64>().sqrt()
+    };
+    assert!(size(&sensed["friction"]["loading"]) < 1e-3, "{sensed}");
+    assert!(size(&sensed) > 0.01 && size(&sensed["friction"]["unloading"]) > 0.02, "{sensed}");
+    let there = ["--rotate", "0deg", "--pull-bounds", "0..6mm", "--json", "-"];
+    let target = ["reach", "robots/r1.toml", "--position", "128,-58.3,0mm"];
+    let reached = json(&[&target[..], &there, &rub].concat());
+    let sides = ["loading", "unloading"].map(|way| force(&reached["friction"][way], 2));
+    assert!(sides[0] > force(&reached, 2) && force(&reached, 2) > sides[1]);
+    assert!(json(&[&target[..], &there].concat())["friction"].is_null());
+}
+
 /// In the plane a robot is solved with contact, near what is estimated; else the estimate is told, and why it is one.
 #[test]
 fn gaps_are_solved_for_in_the_plane_and_estimated_elsewhere() {

@@ -35,6 +35,7 @@ struct Job<'a> {
     force: Option<&'a [f64]>,
     moment: Option<&'a [f64]>,
     extras: Extras,
+    start: Start,
 }
 
 impl<'a> Job<'a> {
@@ -145,7 +146,7 @@ impl<'a> Job<'a> {
 
     fn run(&self, out: &mut [f64], width: usize, done: &AtomicUsize, cancelled: &AtomicBool) {
         let mut rows: Vec<&mut [f64]> = out.chunks_mut(width).collect();
-        let poses = Poses { solver: self.solver, base: self.base, start: Start::Rest };
+        let poses = Poses { solver: self.solver, base: self.base, start: self.start };
         let _ = cppr_sweep::solve_many(
             &poses,
             &self.shared.many,
@@ -177,7 +178,7 @@ fn width(followers: usize, extras: Extras) -> usize {
 
 /// Fills `out`, one row per pose. `columns` holds (means, tube, values).
 #[pyfunction]
-#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, out, jacobian, stability, sections, threads, progress, first))]
+#[pyo3(signature = (robot, columns, tip_force, tip_moment, loads, settings, out, jacobian, stability, sections, threads, progress, first, warm))]
 pub fn solve_many(
     py: Python<'_>,
     robot: PyRef<'_, Robot>,
@@ -193,6 +194,7 @@ pub fn solve_many(
     threads: usize,
     progress: Option<Py<PyAny>>,
     first: usize,
+    warm: bool,
 ) -> PyResult<()> {
     let core = &robot.shared.robot;
     let asked = Asked { loads: loads.as_ref(), settings: settings.as_ref(), ..Asked::default() };
@@ -216,6 +218,7 @@ pub fn solve_many(
             force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
             moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
             extras,
+            start: if warm { Start::Neighbour } else { Start::Rest },
         },
         &columns,
         poses,
@@ -273,6 +276,7 @@ pub fn modes_for(
         force: tip_force.as_ref().map(|a| a.as_slice()).transpose()?,
         moment: tip_moment.as_ref().map(|a| a.as_slice()).transpose()?,
         extras: Extras { jacobian: false, margin: false, sections: 0 },
+        start: Start::Rest,
     };
     let job = Job::new(py, job, &columns, poses)?;
     let command = |pose: usize| {

@@ -6,6 +6,7 @@ use crate::command::{Asked, Drives, add_loads, full_turns, suspicious};
 use crate::design::pick;
 use crate::errors;
 use crate::robot::Robot;
+use crate::rubbing;
 use crate::watch::watched;
 use cppr::analysis::Teeth;
 use cppr::bundle::solve::{BundleCommand, TubeDrive};
@@ -64,11 +65,17 @@ pub fn sweep<'py>(
     seed: u64,
     margin: bool,
     teeth: Option<&str>,
+    friction: Option<(f64, Option<f64>)>,
     resume: bool,
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let described = bundle_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
+    let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
+    let described = match friction {
+        None => bundle_file::read(&path),
+        Some(_) => bundle_file::read_bundle(&path).map(Described::Bundle),
+    };
+    let described = described.map_err(|problems| errors::file(py, &problems))?;
     let robot_text = std::fs::read_to_string(&path)?;
     let mut subject = match described {
         Described::Robot(file) => {
@@ -85,7 +92,7 @@ pub fn sweep<'py>(
         Described::Bundle(_) if settings.is_some() => {
             return Err(errors::command(
                 py,
-                "settings are not for a robot with parts or joints, which has no modes",
+                "settings are not for a robot with parts or joints, nor for friction: both are solved without modes",
             ));
         }
         Described::Bundle(design) => {
@@ -135,7 +142,7 @@ pub fn sweep<'py>(
         }
     }
     let axes = axes.into_iter().map(axis).collect();
-    let mut task = Task { subject, robot_text, axes, plan, margin, limits };
+    let mut task = Task { subject, robot_text, axes, plan, margin, limits, friction };
     if let Some(part) = accuracy {
         task.check().map_err(|problem| errors::command(py, problem))?;
         let chosen = matches!(&task.subject, Subject::Robot(own) if own.settings.modes_are_chosen());

@@ -8,9 +8,9 @@ use crate::chunking::Chunking;
 use crate::design::DesignKeys;
 use crate::solver::{begun, limits, quaternion};
 use crate::table::{Chunk, Verdict};
-use crate::task::{BundleSubject, Plan, STATE, Task};
-use cppr::analysis::{BundleAnalysis, Teeth, Utilisation};
-use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, load_behind_plate};
+use crate::task::{BundleSubject, Plan, SLIP, STATE, Task};
+use cppr::analysis::{BundleAnalysis, Utilisation};
+use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort, load_behind_plate};
 use cppr::bundle::{Bundle, BundleDesign};
 use cppr::solve::Quantity;
 use std::ops::Range;
@@ -95,7 +95,7 @@ fn solve_rows(
             Some(found) => found,
             None => solver.solve(&command),
         };
-        write(&analysis, task.limits, &command, &found, &mut put);
+        write(task, &analysis, &command, &found, &mut put);
         before = found.converged.then_some(found);
     }
     Some(())
@@ -110,10 +110,24 @@ pub(crate) fn command(task: &Task, own: &BundleSubject, chunk: &Chunk, row: usiz
     command
 }
 
+/// Motions and efforts of every tube.
+fn actuators(efforts: &[TubeEffort], put: &mut impl FnMut(f64)) {
+    for own in efforts {
+        for quantity in STATE {
+            put(match quantity {
+                Quantity::PULL => own.label,
+                Quantity::ROTATION => own.rotation,
+                Quantity::TENSION => own.force,
+                _ => own.torque,
+            });
+        }
+    }
+}
+
 /// Writes the verdict of a row and, where there is an equilibrium, its numbers.
 fn write(
+    task: &Task,
     analysis: &BundleAnalysis<'_>,
-    teeth: Option<Teeth>,
     command: &BundleCommand,
     found: &BundleEquilibrium,
     put: &mut impl FnMut(f64),
@@ -133,18 +147,20 @@ fn write(
     let tangent = found.frame.column(0);
     put(tangent.y.hypot(tangent.z).atan2(tangent.x));
     put(found.length);
-    for own in &found.efforts {
-        for quantity in STATE {
-            put(match quantity {
-                Quantity::PULL => own.label,
-                Quantity::ROTATION => own.rotation,
-                Quantity::TENSION => own.force,
-                _ => own.torque,
-            });
-        }
-    }
-    if let Some(teeth) = teeth {
+    actuators(&found.efforts, put);
+    if let Some(teeth) = task.limits {
         limits(&Utilisation::of(&analysis.section_limits(found, teeth)), put);
+    }
+    if let Some(friction) = &task.friction {
+        match analysis.solver.full_slip(found, friction) {
+            Some(sides) => {
+                for side in sides {
+                    side.equilibrium.tip.iter().for_each(|v| put(*v));
+                    actuators(&side.efforts, put);
+                }
+            }
+            None => (0..SLIP.len() * (3 + STATE.len() * found.efforts.len())).for_each(|_| put(f64::NAN)),
+        }
     }
     put(found.error[0]);
     put(found.iterations as f64);

@@ -32,6 +32,8 @@ pub enum TaskProblem {
     Settings(SettingsProblem),
     /// A margin of a robot with parts or joints.
     NoMargin,
+    /// Friction in a robot that is solved with modes.
+    NoFriction,
 }
 
 impl fmt::Display for TaskProblem {
@@ -55,6 +57,7 @@ impl fmt::Display for TaskProblem {
             Self::NoSuchInput(axis) => write!(f, "{axis}: the robot has no such actuator or load"),
             Self::Key(problem) => problem.fmt(f),
             Self::Settings(problem) => problem.fmt(f),
+            Self::NoFriction => write!(f, "friction is that of a bundle: describe the robot as one"),
             Self::NoMargin => {
                 write!(
                     f,
@@ -77,6 +80,7 @@ impl Task {
     /// The first problem found.
     pub fn check(&self) -> Result<(), TaskProblem> {
         match &self.subject {
+            Subject::Robot(_) if self.friction.is_some() => return Err(TaskProblem::NoFriction),
             Subject::Robot(own) => own.settings.check(&own.robot).map_err(TaskProblem::Settings)?,
             Subject::Bundle(_) if self.margin => return Err(TaskProblem::NoMargin),
             Subject::Bundle(_) => {}

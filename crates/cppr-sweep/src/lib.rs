@@ -29,6 +29,7 @@
 //!     plan: Plan::Grid,
 //!     margin: false,
 //!     limits: None,
+//!     friction: None,
 //!     robot_text,
 //! };
 //! task.check()?;

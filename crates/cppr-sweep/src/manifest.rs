@@ -4,7 +4,7 @@ use crate::axis::Values;
 use crate::table::{ColumnKind, Verdict};
 use crate::task::{Plan, Subject, Task};
 use cppr::analysis::Teeth;
-use cppr::bundle::TubeParts;
+use cppr::bundle::{Friction, TubeParts};
 use cppr_io::result::{CommandRecord, ResolutionRecord, formulation_name};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
@@ -87,6 +87,9 @@ pub(crate) fn manifest(task: &Task) -> Value {
     });
     if let Some(stretch) = stretch {
         whole["stretch"] = stretch.into();
+    }
+    if let Some(Friction { coefficient, guide }) = task.friction {
+        whole["friction"] = json!({ "coefficient": coefficient, "guide_m": guide });
     }
     whole
 }

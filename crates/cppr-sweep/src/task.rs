@@ -6,7 +6,7 @@ use crate::halton::Halton;
 use crate::table::{Column, ColumnKind};
 use cppr::analysis::Teeth;
 use cppr::bundle::solve::BundleCommand;
-use cppr::bundle::{Bundle, BundleDesign};
+use cppr::bundle::{Bundle, BundleDesign, Friction};
 use cppr::design::Robot;
 use cppr::solve::{Command, Quantity, Settings};
 use cppr::statics::Loads;
@@ -83,7 +83,12 @@ pub struct Task {
     pub margin: bool,
     /// Compute strain and closure of every notch, the teeth as given.
     pub limits: Option<Teeth>,
+    /// Compute the equilibria with full slip, of motors driven on and of motors driven back; for bundles alone.
+    pub friction: Option<Friction>,
 }
+
+/// The two ways of full slip, as their columns begin.
+pub(crate) const SLIP: [&str; 2] = ["loading", "unloading"];
 
 impl Task {
     /// Name of the robot.
@@ -114,7 +119,7 @@ impl Task {
     }
 
     /// The columns: inputs, status, tip, bend, of a bundle the length of its centreline, actuators, energy, margin and limits where asked for, of a
-    /// bundle the estimated error, Newton steps.
+    /// bundle tip and actuators under full slip where friction is given, and the estimated error, Newton steps.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let number = |name: String| Column { name, kind: ColumnKind::Number };
@@ -146,6 +151,15 @@ impl Task {
                 let count = |what: &str| Column { name: format!("{limit}_{what}"), kind: ColumnKind::Count };
                 columns.push(number(format!("{limit}_utilisation")));
                 columns.extend([count("tube"), count("notch"), number(format!("{limit}_x_m"))]);
+            }
+        }
+        if let (Subject::Bundle(own), Some(_)) = (&self.subject, self.friction) {
+            for way in SLIP {
+                columns.extend(["x", "y", "z"].map(|axis| number(format!("{way}_tip_{axis}_m"))));
+                for tube in 1..=own.design.tubes.len() {
+                    let own = STATE.map(|quantity| number(format!("{way}_tube{tube}_{}", quantity.column())));
+                    columns.extend(own);
+                }
             }
         }
         if let Subject::Bundle(_) = self.subject {

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use cppr::analysis::{BundleAnalysis, Teeth, Utilisation};
-use cppr::bundle::Bundle;
 use cppr::bundle::solve::{BundleCommand, BundleSolver, TubeDrive};
+use cppr::bundle::{Bundle, Friction};
 use cppr::solve::{Drive, Quantity};
 use cppr::statics::{Loads, Wrench};
 use cppr_sweep::{
@@ -27,7 +27,7 @@ fn task(robot_text: String, axes: Vec<Axis>) -> Task {
         loads: Loads { wrenches: vec![wrench], ..Loads::none() },
     };
     let subject = Subject::Bundle(Box::new(BundleSubject { bundle, design, base, stretch: false }));
-    Task { subject, robot_text, axes, plan: Plan::Grid, margin: false, limits: None }
+    Task { subject, robot_text, axes, plan: Plan::Grid, margin: false, limits: None, friction: None }
 }
 
 fn range(variable: Variable, from: f64, to: f64, count: u32) -> Axis {
@@ -155,4 +155,30 @@ fn samples_tell_what_they_were_drawn_from_and_a_margin_is_refused() {
     task.axes[0].variable = Variable::Design("tube1.part4.length_mm".into());
     let Err(TaskProblem::Key(problem)) = task.check() else { panic!("there is no part 4") };
     assert!(problem.to_string().contains("its list ends with 3"), "{problem}");
+}
+
+#[test]
+fn friction_adds_both_ways_of_slip_to_a_row() {
+    let mut task = task(text("s_shape"), vec![range(pull(2), 1e-3, 3e-3, 2)]);
+    let friction = Friction { coefficient: 0.2, guide: Some(20e-3) };
+    task.friction = Some(friction);
+    let all = rows(&task, 1);
+    let Subject::Bundle(own) = &task.subject else { panic!("no bundle") };
+    let mut solver = BundleSolver::new(&own.bundle);
+    for (row, _) in &all {
+        let mut command = own.base.clone();
+        command.drives[1].translation = Drive::Motion(row[0]);
+        let found = solver.solve(&command);
+        let sides = solver.full_slip(&found, &friction).unwrap();
+        for (way, side) in ["loading", "unloading"].into_iter().zip(&sides) {
+            let at = |name: &str| row[place(&task, &format!("{way}_{name}"))];
+            assert!((at("tube2_tension_N") - side.efforts[1].force).abs() < 1e-5);
+            assert!((at("tip_y_m") - side.equilibrium.tip.y).abs() < 1e-8);
+            assert!((at("tube2_pull_m") - row[0]).abs() < 1e-12);
+        }
+        let [on, back] =
+            ["loading", "unloading"].map(|way| row[place(&task, &format!("{way}_tube2_tension_N"))]);
+        let without = row[place(&task, "tube2_tension_N")];
+        assert!(on > 1.01 * without && back < 0.99 * without, "{on} {without} {back}");
+    }
 }

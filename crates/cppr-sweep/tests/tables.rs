@@ -40,7 +40,7 @@ fn task(name: &str, axes: Vec<Axis>) -> Task {
     });
     let settings = Settings::default().with_resolution(Resolution::PAPER);
     let subject = Subject::Robot(Box::new(RobotSubject { robot, base, settings }));
-    Task { subject, robot_text, axes, plan: Plan::Grid, margin: false, limits: None }
+    Task { subject, robot_text, axes, plan: Plan::Grid, margin: false, limits: None, friction: None }
 }
 
 fn own(task: &Task) -> &RobotSubject {

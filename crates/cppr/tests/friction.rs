@@ -6,11 +6,13 @@ mod common;
 
 use common::{bundle_cases, prototype, reference, robot, stiff_tube, vector};
 use cppr::Vector3;
+use cppr::analysis::BundleAnalysis;
+use cppr::analysis::inverse::Measured;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
-use cppr::bundle::{Bundle, Friction, PairContact, Rubbed, SlipHistory};
+use cppr::bundle::{Bundle, BundleDesign, Friction, PairContact, Rubbed, SlipHistory};
 use cppr::design::{BelowPlate, Outline, Profile, StiffnessTube, TubeDesign};
-use cppr::solve::{Command, Drive, Settings, Solver};
-use cppr::statics::Loads;
+use cppr::solve::{Command, Drive, Freedom, Settings, Solver};
+use cppr::statics::{Loads, Wrench};
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -314,4 +316,34 @@ fn a_cycle_in_space_takes_energy() {
     assert!(energy > 0.0);
     assert!(force(&loading) > found.efforts[1].force && found.efforts[1].force > force(&unloading));
     assert!((reached / force(&loading) - 1.0).abs() < 0.05);
+}
+
+/// What is measured where tubes slip everywhere is explained by the force that acts, once friction is known.
+#[test]
+fn the_force_on_the_tip_is_sensed_through_friction() {
+    let design = BundleDesign::from(prototype("R1", 1.27, BelowPlate::Continued).design());
+    let bundle = Bundle::new(&design).unwrap();
+    let mut analysis = BundleAnalysis::new(BundleSolver::new(&bundle), &design);
+    let acting = Vector3::new(0.02, 0.15, 0.0);
+    let command = pulled(&analysis.solver, 5e-3);
+    let loaded = BundleCommand {
+        loads: Loads { wrenches: vec![Wrench::tip_force(acting)], ..Loads::none() },
+        ..command.clone()
+    };
+    let free = analysis.solver.solve(&loaded);
+    let friction = Friction { coefficient: 0.2, guide: Some(20e-3) };
+    let sides = analysis.solver.full_slip(&free, &friction).unwrap();
+    for (which, side) in sides.iter().enumerate() {
+        let measured = [
+            Measured::Effort(2, Freedom::PushPull, side.efforts[1].force, 0.05),
+            Measured::Position(side.equilibrium.tip, 5e-4),
+            Measured::Direction(side.equilibrium.frame.column(0).into_owned(), 0.02),
+        ];
+        let sensed = analysis.sense_rubbed(&command, &measured, false, &friction).unwrap();
+        let sensed = sensed.map(|side| side.map(|own| own.force));
+        assert!((sensed[which].unwrap() - acting).norm() < 1e-3, "{which}: {sensed:?}");
+        let blind = analysis.sense(&command, &measured, false).unwrap();
+        assert!((blind.force - acting).norm() > 0.01, "friction is taken for a force: {}", blind.force);
+        assert!(sensed[1 - which].is_none_or(|other| (other - acting).norm() > 0.02), "{sensed:?}");
+    }
 }

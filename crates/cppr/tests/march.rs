@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::cases::random_case;
 use common::prototype;
 use cppr::Vector3;
 use cppr::design::{BelowPlate, Robot};
@@ -148,5 +149,71 @@ fn a_march_can_be_broken_off_and_memory_serves_another_robot() {
         });
         assert!(matches!(flow, ControlFlow::Break(_)));
         assert_eq!(count, 21);
+    }
+}
+
+/// Whole commands of random robots and grids over pull and rotation, whatever else these hold.
+fn on_grid(whole: &Command, side: usize, pose: usize) -> Command {
+    let mut command = whole.clone();
+    let [pull, turn] = [pose / side, pose % side].map(|i| (i as f64 + 1.0) / side as f64);
+    for own in &mut command.actuators {
+        own.push_pull = own.push_pull.with_value(pull * own.push_pull.value());
+        own.rotation = own.rotation.with_value(turn * own.rotation.value());
+    }
+    command
+}
+
+/// A pose begun at a near one is the pose from rest.
+#[test]
+fn near_poses_of_random_robots_are_what_they_are_from_rest() {
+    const SIDE: usize = 7;
+    let (mut poses, mut iterations) = (0, [0; 2]);
+    for seed in [0, 1, 3, 4, 6, 7, 9, 10, 11, 12, 15, 24, 33, 34, 38] {
+        let (design, whole) = random_case(seed);
+        let robot = Robot::from_design(design).unwrap();
+        let mut march = March::new(Solver::new(&robot));
+        let [rest, near] = [Start::Rest, Start::Neighbour].map(|start| {
+            let mut found = vec![None; SIDE * SIDE];
+            let put = |pose: usize, command: &mut Command| command.clone_from(&on_grid(&whole, SIDE, pose));
+            let flow = march.run(&whole, start, SIDE * SIDE, put, |pose, solved| {
+                found[pose] = solved.ok().map(|solved| {
+                    let steps = solved.equilibrium.statistics().iterations;
+                    (solved.equilibrium.status(), solved.tip.centre, steps)
+                });
+                ControlFlow::<()>::Continue(())
+            });
+            assert!(flow.is_continue());
+            found
+        });
+        for (pose, pair) in rest.into_iter().zip(near).enumerate() {
+            let (Some(a), Some(b)) = pair else {
+                assert!(pair.0.is_none() && pair.1.is_none());
+                continue;
+            };
+            if a.0 != Status::Converged {
+                continue;
+            }
+            poses += 1;
+            iterations = [iterations[0] + a.2, iterations[1] + b.2];
+            let apart = (a.1 - b.1).norm() / robot.length();
+            assert!(b.0 == a.0 && apart < 1e-8, "seed {seed}, pose {pose}: {:?}, {apart:e}", b.0);
+        }
+    }
+    assert!(poses > 500, "{poses}");
+    assert!(2 * iterations[1] < iterations[0], "{iterations:?}");
+}
+
+/// Newton's method from rest led these onto another stable branch than the one that the path of equilibria from rest ends on.
+#[test]
+fn a_solve_from_rest_stays_on_the_branch_of_rest() {
+    for (seed, side, pose) in [(11, 7, 21), (11, 7, 23), (106, 1, 0)] {
+        let (design, whole) = random_case(seed);
+        let robot = Robot::from_design(design).unwrap();
+        let mut solver = Solver::new(&robot);
+        let command = on_grid(&whole, side, pose);
+        let (found, followed) = (solver.solve(&command).unwrap(), solver.follow(&command).unwrap());
+        assert!(found.status() == Status::Converged && followed.folds.is_empty());
+        let [own, path] = [&found, &followed.equilibrium].map(|e| solver.tip(e).centre);
+        assert!((own - path).norm() < 1e-8 * robot.length(), "seed {seed}, pose {pose}: {own} {path}");
     }
 }

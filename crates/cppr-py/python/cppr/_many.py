@@ -242,17 +242,19 @@ def solve_many(
     jacobian: bool = False,
     margin: bool = False,
     sections: int = 0,
+    warm: bool = True,
     threads: int | None = None,
     progress: Progress = False,
 ) -> Solutions:
-    """Equilibria of many poses, on all cores, each from rest.
+    """Equilibria of many poses, on all cores.
 
     `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number to
     array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P of the
     result. `loads` act in every pose. `jacobian`, `margin` and `sections` (points of the centreline) ask for more
     than tip and actuators. Twice or four times as many modes are taken where the tips of some poses, among them the first, the last and
     those with the least and the greatest inputs, are not within `accuracy` times the length otherwise; None leaves the modes as they
-    are, unknown errors included. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
+    are, unknown errors included. A pose that is near the one before it in memory (what changes would bend or turn the robot by less than 0.35 rad) begins there,
+    all others at rest; `warm=False` begins every pose at rest. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
 
     Warns with `AccuracyWarning` where that is not reached. Raises `CommandError` for poses that cannot be asked of this robot, before any is solved. A pose without
     equilibrium is no error: see `Solutions.code`.
@@ -264,7 +266,7 @@ def solve_many(
     out = solve_slice(
         self, poses, 0, poses.count,
         loads=loads, settings=settings, jacobian=jacobian, margin=margin, sections=sections,
-        threads=threads, progress=progress,
+        warm=warm, threads=threads, progress=progress,
     )  # fmt: skip
     return replace(unpack(out, poses.shape, len(self.followers), jacobian, margin, sections), error=error)
 
@@ -280,6 +282,7 @@ def solve_slice(
     jacobian: bool,
     margin: bool,
     sections: int,
+    warm: bool,
     threads: int | None,
     progress: Progress,
     first: int = 0,
@@ -299,7 +302,7 @@ def solve_slice(
     try:
         _cppr.solve_many(
             robot, columns, force, moment, None if loads is None else list(loads), settings,
-            out, jacobian, margin, sections, threads, callback, start + first,
+            out, jacobian, margin, sections, threads, callback, start + first, warm,
         )  # fmt: skip
     finally:
         close()

@@ -58,6 +58,8 @@ def sweep(
     seed: int = 0,
     margin: bool = False,
     limits: Literal["rigid", "bending"] | None = None,
+    friction: float | None = None,
+    guide: float | None = None,
     resume: bool = False,
     threads: int | None = None,
     progress: Progress = False,
@@ -67,7 +69,9 @@ def sweep(
     A number is fixed, a `Range` or `Normal` varies. `vary` holds numbers of the robot file by their keys, in their own
     units: ``{"tube2.notches.depth_mm": Range(1.9, 2.1, 5)}``. With `samples` that many points are taken instead of the grid.
     Twice or four times as many modes are taken where eight rows, from the first to the last, need them for tips within `accuracy` times the
-    length, or an `AccuracyWarning` is given; None leaves the modes as they are. `margin` and `limits` (what the teeth do) add columns. `output` ends in .csv, .npz or .parquet; columns carry their units.
+    length, or an `AccuracyWarning` is given; None leaves the modes as they are. `margin` and `limits` (what the teeth do) add columns. `friction`, the
+    coefficient between the tubes, adds tip and actuators with motors driven on (``loading_``) and driven back (``unloading_``), `guide` (m) the friction where tubes are held
+    below the plate. `output` ends in .csv, .npz or .parquet; columns carry their units.
     Nothing that was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
 
     Raises `RobotError`, `CommandError` for a sweep that cannot be, `OSError` where an unfinished sweep is in the way.
@@ -111,7 +115,8 @@ def sweep(
         return _cppr.sweep(
             robot, output, axes, tuple(fixed.get(k) for k in ("pull", "rotate", "tension", "torque")),
             None if tip_force is None and tip_moment is None else (tip[0], tip[1]),
-            None if loads is None else list(loads), settings, accuracy, samples, seed, margin, limits, resume,
+            None if loads is None else list(loads), settings, accuracy, samples, seed, margin, limits,
+            None if friction is None else (friction, guide), resume,
             cores() if threads is None else threads, callback,
         )  # fmt: skip
     finally:

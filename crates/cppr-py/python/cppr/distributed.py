@@ -213,7 +213,7 @@ def _solve(
     margin = options["margin"]
     rows = solve_slice(
         robot, poses, 0, count, loads=options["loads"], settings=options["settings"], jacobian=False,
-        margin=margin, sections=0, threads=1, progress=False, first=start,
+        margin=margin, sections=0, warm=True, threads=1, progress=False, first=start,
     )  # fmt: skip
     found = unpack(rows, (count,), len(robot.followers), False, margin, 0)
     table: dict[str, Any] = {"pose": np.arange(start, start + count)}

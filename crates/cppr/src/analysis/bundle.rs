@@ -8,8 +8,8 @@ use super::limits::{Governing, SectionLimit, Teeth, governing, part_limits};
 use super::model::Model;
 use super::range::{Bound, RangeEnd, RangeProblem, SafeRange, safe_part, safe_ranges};
 use super::sensitivity::Sensitivity;
-use crate::bundle::BundleDesign;
-use crate::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
+use crate::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
+use crate::bundle::{BundleDesign, Friction, Rubbed};
 use crate::design::TubeDesign;
 use crate::design::fibre::TubeFibres;
 use crate::kinematics::TipPose;
@@ -37,6 +37,9 @@ const SECTIONS: f64 = 400.0;
 const ASIDE: f64 = 1e-6;
 /// Parts of an input's extent by which slopes of places are taken.
 const SMALL: f64 = 1e-5;
+/// Turns in which a wrench and what friction adds under it agree at most, and the change of a measurement, in its standard deviations, with which they do.
+const RUBBED: usize = 15;
+const SAME: f64 = 1e-3;
 
 impl<'a> BundleAnalysis<'a> {
     /// Of the bundle that a solver has and a design describes.
@@ -268,6 +271,48 @@ impl<'a> BundleAnalysis<'a> {
         inverse::sense(self, command, start, measured, with_moment)
     }
 
+    /// The same where tubes rub and slip everywhere: for measurements while the motors were driven on (loading), and while they were driven back. `None` where
+    /// no such equilibrium agrees with the measurements.
+    ///
+    /// What friction adds to efforts and tip in the equilibrium found is taken off the measurements, which are then fitted again, until that changes
+    /// no more.
+    ///
+    /// # Errors
+    /// As [`Self::sense`].
+    pub fn sense_rubbed(
+        &mut self,
+        command: &BundleCommand,
+        measured: &[Measured],
+        with_moment: bool,
+        friction: &Friction,
+    ) -> Result<[Option<Sensed<BundleEquilibrium>>; 2], InverseProblem> {
+        let free = self.sense(command, measured, with_moment)?;
+        let mut sides = [None, None];
+        for (side, answer) in sides.iter_mut().enumerate() {
+            let mut found = free.clone();
+            let mut before = measured.to_vec();
+            let agreed = (0..RUBBED).find_map(|_| {
+                let Some(rubbed) = self.solver.full_slip(&found.equilibrium, friction) else {
+                    return Some(Ok(None));
+                };
+                let clean: Vec<Measured> =
+                    measured.iter().map(|one| without(one, &found.equilibrium, &rubbed[side])).collect();
+                let moved = clean.iter().zip(&before).fold(0.0, |most: f64, (a, b)| most.max(apart(a, b)));
+                if moved < SAME {
+                    return Some(Ok(Some(found.clone())));
+                }
+                before = clean;
+                match self.sense(command, &before, with_moment) {
+                    Ok(own) => found = own,
+                    Err(problem) => return Some(Err(problem)),
+                }
+                None
+            });
+            *answer = agreed.transpose()?.flatten();
+        }
+        Ok(sides)
+    }
+
     /// The same from an equilibrium without the wrench that is looked for, whose command holds.
     ///
     /// # Errors
@@ -292,6 +337,38 @@ impl<'a> BundleAnalysis<'a> {
         points: &[ShapePoint],
     ) -> Result<ShapeMatch<BundleEquilibrium>, InverseProblem> {
         inverse::shape_match(self, command, free, points)
+    }
+}
+
+/// A measurement without what friction adds to it.
+fn without(measured: &Measured, free: &BundleEquilibrium, rubbed: &Rubbed) -> Measured {
+    match *measured {
+        Measured::Effort(tube, freedom, value, deviation) => {
+            let own = |efforts: &[TubeEffort]| {
+                efforts.get(tube.wrapping_sub(1)).map_or(0.0, |own| match freedom {
+                    Freedom::PushPull => own.force,
+                    Freedom::Rotation => own.torque,
+                })
+            };
+            Measured::Effort(tube, freedom, value - own(&rubbed.efforts) + own(&free.efforts), deviation)
+        }
+        Measured::Position(value, deviation) => {
+            Measured::Position(value - rubbed.equilibrium.tip + free.tip, deviation)
+        }
+        Measured::Direction(value, deviation) => {
+            let turned = rubbed.equilibrium.frame.column(0) - free.frame.column(0);
+            Measured::Direction((value.normalize() - turned).normalize(), deviation)
+        }
+    }
+}
+
+/// How far two values of one measurement are apart, in its standard deviations.
+fn apart(one: &Measured, other: &Measured) -> f64 {
+    match (one, other) {
+        (Measured::Effort(.., a, deviation), Measured::Effort(.., b, _)) => (a - b).abs() / deviation,
+        (Measured::Position(a, deviation), Measured::Position(b, _))
+        | (Measured::Direction(a, deviation), Measured::Direction(b, _)) => (a - b).norm() / deviation,
+        _ => f64::INFINITY,
     }
 }
 

@@ -13,7 +13,7 @@ use crate::bundle::Bundle;
 use crate::bundle::solve::BundleCommand;
 use crate::design::Robot;
 use crate::solve::{Command, Freedom, Input, Quantity, Status};
-use crate::statics::{Loads, Station};
+use crate::statics::{Loads, Station, Wrench};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt;
@@ -84,12 +84,13 @@ impl Greatest {
     fn ask_loads(&mut self, loads: &Loads, length: f64, bending: f64, mass: f64) {
         let Loads { wrenches, distributed, gravity, threads } = loads;
         for wrench in wrenches {
-            let (force, moment, at) = match wrench.station {
-                Station::Tip => (Asked::TipForce, Asked::TipMoment, length),
-                Station::Label(at) => (Asked::Force(at), Asked::Moment(at), at),
+            let (force, moment) = match wrench.station {
+                Station::Tip => (Asked::TipForce, Asked::TipMoment),
+                Station::Label(at) => (Asked::Force(at), Asked::Moment(at)),
             };
-            self.ask(force, length_of(&wrench.force), (0.5 * at + wrench.point.norm()) * at / bending);
-            self.ask(moment, length_of(&wrench.moment), at / bending);
+            let [per_newton, per_newton_metre] = angles_of(wrench, length, bending);
+            self.ask(force, length_of(&wrench.force), per_newton);
+            self.ask(moment, length_of(&wrench.moment), per_newton_metre);
         }
         for d in distributed {
             self.ask(
@@ -107,39 +108,91 @@ impl Greatest {
     }
 }
 
+/// What loads and drives do to a robot at rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Scale {
+    length: f64,
+    /// EI and GJ of all tubes halfway along the robot (N m²), and their mass per length (kg/m).
+    bending: f64,
+    torsion: f64,
+    mass: f64,
+    /// Lever of every tube about the leader's centroid line (m), 0 where there is none.
+    levers: Vec<f64>,
+}
+
+impl Scale {
+    pub(crate) fn of(robot: &Robot) -> Self {
+        let length = robot.length();
+        let middle: Vec<_> =
+            (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length)).collect();
+        // Uncut parts have no lever: where there is none halfway, the first elsewhere counts.
+        let lever_of = |tube: usize| {
+            let lever = |part: f64| {
+                [0, tube].map(|t| robot.fields_at(t, part * length).centroid_offset).iter().sum::<f64>()
+            };
+            LEVERS.into_iter().map(lever).find(|l| *l > 0.0).unwrap_or(0.0)
+        };
+        Self {
+            length,
+            bending: middle.iter().map(|f| f.bending_z).sum(),
+            torsion: middle.iter().map(|f| f.torsion).sum(),
+            mass: middle.iter().map(|f| f.mass_per_length).sum(),
+            levers: (0..robot.tube_count()).map(lever_of).collect(),
+        }
+    }
+
+    /// Angle (rad) per unit of an input; `None` of a tube that the robot has not, and where a pull has no lever and bends nothing.
+    fn per_unit(&self, input: Input) -> Option<f64> {
+        let lever = *self.levers.get(input.tube - 1)?;
+        match (input.freedom, input.is_motion) {
+            (Freedom::PushPull, true) => (lever > 0.0).then(|| 1.0 / lever),
+            (Freedom::PushPull, false) => Some(lever * self.length / self.bending),
+            (Freedom::Rotation, true) => Some(1.0),
+            (Freedom::Rotation, false) => Some(self.length / self.torsion),
+        }
+    }
+
+    /// Angle (rad) through which a change from one command to another would bend or turn the robot; infinite where more changes than
+    /// values of actuators and concentrated loads.
+    pub(crate) fn change(&self, from: &Command, to: &Command) -> f64 {
+        let Loads { wrenches, distributed, gravity, threads } = &to.loads;
+        let others = &from.loads;
+        if !to.loads.is_like(others)
+            || (distributed, gravity, threads) != (&others.distributed, &others.gravity, &others.threads)
+        {
+            return f64::INFINITY;
+        }
+        let inputs = from.inputs().zip(to.inputs()).map(|((before, a), (input, b))| {
+            if before == input { (b - a).abs() * self.per_unit(input).unwrap_or(0.0) } else { f64::INFINITY }
+        });
+        let loads = wrenches.iter().zip(&others.wrenches).map(|(a, b)| {
+            let [force, moment] = angles_of(a, self.length, self.bending);
+            ((a.force - b.force).norm() * force).max((a.moment - b.moment).norm() * moment)
+        });
+        inputs.chain(loads).fold(0.0, f64::max)
+    }
+}
+
+/// Angles (rad) per newton and per newton metre of a concentrated load on a robot of a length, with EI of all tubes together.
+fn angles_of(wrench: &Wrench, length: f64, bending: f64) -> [f64; 2] {
+    let at = match wrench.station {
+        Station::Tip => length,
+        Station::Label(at) => at,
+    };
+    [(0.5 * at + wrench.point.norm()) * at / bending, at / bending]
+}
+
 /// The part of a command that asks most of a robot; `None` where nothing is asked.
 #[must_use]
 pub fn greatest_demand(robot: &Robot, command: &Command) -> Option<Demand> {
-    let length = robot.length();
-    let middle: Vec<_> = (0..robot.tube_count()).map(|tube| robot.fields_at(tube, 0.5 * length)).collect();
-    // Uncut parts have no lever: where there is none halfway, the first elsewhere counts.
-    let lever_of = |tube: usize| {
-        let lever = |part: f64| {
-            [0, tube].map(|t| robot.fields_at(t, part * length).centroid_offset).iter().sum::<f64>()
-        };
-        LEVERS.into_iter().map(lever).find(|l| *l > 0.0).unwrap_or(0.0)
-    };
-    let bending: f64 = middle.iter().map(|f| f.bending_z).sum();
-    let torsion: f64 = middle.iter().map(|f| f.torsion).sum();
-    let mass: f64 = middle.iter().map(|f| f.mass_per_length).sum();
+    let scale = Scale::of(robot);
     let mut greatest = Greatest::default();
     for (input, value) in command.inputs() {
-        // A tube that the robot has not is refused elsewhere.
-        if middle.get(input.tube - 1).is_none() {
-            continue;
+        if let Some(per_unit) = scale.per_unit(input) {
+            greatest.ask(Asked::Actuator(input), value, per_unit);
         }
-        let lever = lever_of(input.tube - 1);
-        let per_unit = match (input.freedom, input.is_motion) {
-            // Without a lever a pull bends nothing.
-            (Freedom::PushPull, true) if lever <= 0.0 => continue,
-            (Freedom::PushPull, true) => 1.0 / lever,
-            (Freedom::PushPull, false) => lever * length / bending,
-            (Freedom::Rotation, true) => 1.0,
-            (Freedom::Rotation, false) => length / torsion,
-        };
-        greatest.ask(Asked::Actuator(input), value, per_unit);
     }
-    greatest.ask_loads(&command.loads, length, bending, mass);
+    greatest.ask_loads(&command.loads, scale.length, scale.bending, scale.mass);
     greatest.0
 }
 

@@ -6,11 +6,13 @@
 
 use super::batch::{Batch, LEAST, WIDTH, goes_side_by_side, same_kind};
 use super::lane::Lane;
+use crate::analysis::demand::Scale;
 use crate::analysis::{Teeth, Utilisation};
 use crate::design::Robot;
 use crate::kinematics::TipPose;
 use crate::solve::edges::has_edge;
 use crate::solve::{Command, CommandProblem, Equilibrium, Solver, Status};
+use nalgebra::Vector3;
 use std::ops::ControlFlow;
 
 /// Where every pose of many starts.
@@ -18,10 +20,13 @@ use std::ops::ControlFlow;
 pub enum Start {
     /// At rest: no pose depends on another.
     Rest,
-    /// At the pose before it, which should be near: several times as fast. Where that has no stable equilibrium, or its branch has
-    /// become unstable, at rest.
+    /// At the pose before it where that is near: where what changes would bend or turn the robot by less than 0.35 rad, were it to answer as at rest. At rest where it
+    /// is not, where that finds no stable equilibrium, and where the tip has moved farther than a bend by so much moves it. Several times as fast.
     Neighbour,
 }
+
+/// How far poses are apart at most that are near (rad).
+const NEAR: f64 = 0.35;
 
 /// A pose that was solved. Look at the status of the equilibrium first.
 #[derive(Debug)]
@@ -99,12 +104,15 @@ impl March {
         self.commands.iter_mut().for_each(|command| command.copy(base));
         self.lanes.resize_with(WIDTH, || rest.clone());
         let kinds = std::mem::take(&mut self.kinds);
+        let scale = Scale::of(&self.batch.solver.robot);
+        let mut before = base.clone();
         for Alike { command, poses, .. } in &kinds {
             let few = poses.len() < LEAST || !goes_side_by_side(command, &self.batch.solver.settings);
             // One by one, neighbours in time are neighbours in place: the buffers still knows the last.
             let strands = if few { 1 } else { poses.len().min(WIDTH) };
             let (length, longer) = (poses.len() / strands, poses.len() % strands);
-            let mut warm = [false; WIDTH];
+            // Tips of the poses before, and how far they are from those that are solved.
+            let (mut warm, mut near) = ([None; WIDTH], [None; WIDTH]);
             for turn in 0..poses.len().div_ceil(strands) {
                 // The longer strands come first.
                 let active = if turn < length { strands } else { longer };
@@ -114,17 +122,23 @@ impl March {
                     Start::Rest => poses[turn * strands + lane],
                 };
                 for lane in 0..active {
-                    put(pose(lane), &mut self.commands[lane]);
-                    if !warm[lane] {
+                    let own = &mut self.commands[lane];
+                    before.copy(own);
+                    put(pose(lane), own);
+                    near[lane] = warm[lane].map(|tip| (tip, scale.change(&before, own)));
+                    near[lane] = near[lane].filter(|(_, change)| *change < NEAR);
+                    if near[lane].is_none() {
                         self.lanes[lane].copy(&rest);
                     }
                 }
-                self.turn(active, warm);
+                self.turn(active, near);
                 for lane in 0..active {
                     let equilibrium = &self.lanes[lane];
                     let solved = match &self.tips[lane] {
                         Ok(tip) => {
-                            warm[lane] = start == Start::Neighbour && equilibrium.status == Status::Converged;
+                            let goes_on =
+                                start == Start::Neighbour && equilibrium.status == Status::Converged;
+                            warm[lane] = goes_on.then_some(tip.centre);
                             let (solver, lane) = self.batch.lane_of(equilibrium.mark);
                             Ok(Solved { equilibrium, tip: *tip, solver, lane })
                         }
@@ -153,16 +167,18 @@ impl March {
         }
     }
 
-    /// One turn: the first commands from the equilibria that stand in their lanes.
-    fn turn(&mut self, count: usize, warm: [bool; WIDTH]) {
+    /// One turn: the first commands from the equilibria that stand in their lanes: `near` has the tips of those that are neighbours, and how far these are (rad).
+    fn turn(&mut self, count: usize, near: [Option<(Vector3<f64>, f64)>; WIDTH]) {
         let lanes = &mut self.lanes[..count];
         self.batch.solve(&self.commands[..count], lanes, &mut self.tips);
         for (lane, (equilibrium, tip)) in lanes.iter_mut().zip(&mut self.tips).enumerate() {
-            // Where the neighbour's branch has turned unstable the robot is on another one.
-            if tip.is_ok() && warm[lane] && equilibrium.status == Status::Unstable {
+            let (Ok(own), Some((before, change))) = (&tip, near[lane]) else { continue };
+            // Where the neighbour's branch has turned unstable, ends, or was left with a jump, the robot is on another one.
+            let jumps = (own.centre - before).norm() > change * self.batch.solver.robot.length();
+            if jumps || equilibrium.status != Status::Converged {
                 let solver = &mut self.batch.solver;
                 if let Ok(found) = solver.solve(&self.commands[lane])
-                    && found.status.is_equilibrium()
+                    && (jumps || found.status.is_equilibrium())
                 {
                     *equilibrium = found;
                     *tip = Ok(solver.tip(equilibrium));

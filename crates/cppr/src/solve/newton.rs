@@ -184,6 +184,7 @@ impl Buffers {
                         self.reuse_tangent(system, settings.tolerance, reached);
                     }
                     if self.complete_trial(system) {
+                        self.shortened += usize::from(factor < 1.0);
                         distance = norm(&self.correction);
                         std::mem::swap(point, &mut self.trial);
                         break;

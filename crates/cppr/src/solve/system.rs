@@ -130,6 +130,8 @@ pub(crate) struct Buffers<S: Real = f64> {
     pub(crate) layouts: Layouts,
     /// Newton steps taken since the buffers were made.
     pub(crate) iterations: usize,
+    /// Of these, steps that were shortened.
+    pub(crate) shortened: usize,
     /// Evaluations of the residual since the buffers were made.
     pub(crate) evaluations: usize,
     /// What `lu` holds of the tangent evaluated last.
