@@ -114,6 +114,17 @@ pub struct RestArgs {
     refine: u8,
 }
 
+impl RestArgs {
+    /// Is something asked for that only the solver with modes has?
+    pub fn needs_modes(&self) -> bool {
+        let Self { relative_angle, formulation, planar, modes, refine, .. } = self;
+        *relative_angle
+            || *planar
+            || *refine > 1
+            || !matches!((formulation, modes), (FormulationArg::Consistent, ModesArg::Default))
+    }
+}
+
 fn point_force(text: &str) -> Result<(f64, [f64; 3]), String> {
     let (at, force) =
         text.split_once(':').ok_or("write place and force, for instance 60mm:0,0.1,0N".to_string())?;

@@ -161,18 +161,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.tube.is_none() && format == Format::Dxf {
         return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
     }
-    let (robot, bent): (Box<dyn Tubes>, _) = match args.accuracy.described(&args.robot)? {
-        Described::Robot(file) => {
-            let robot = build(&file, &args.robot)?;
-            let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };
-            (Box::new(file), bent)
-        }
-        Described::Bundle(design) => {
-            let bundle = Bundle::new(&design).map_err(|problems| unsound(&args.robot, &problems))?;
-            let bent = if args.tube.is_none() { Some(solved_bundle(args, &design, &bundle)?) } else { None };
-            (Box::new(design), bent)
-        }
-    };
+    let (robot, bent): (Box<dyn Tubes>, _) =
+        match args.accuracy.described(&args.robot, &args.command.rest, None)? {
+            Described::Robot(file) => {
+                let robot = build(&file, &args.robot)?;
+                let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };
+                (Box::new(file), bent)
+            }
+            Described::Bundle(design) => {
+                let bundle = Bundle::new(&design).map_err(|problems| unsound(&args.robot, &problems))?;
+                let bent =
+                    if args.tube.is_none() { Some(solved_bundle(args, &design, &bundle)?) } else { None };
+                (Box::new(design), bent)
+            }
+        };
     let robot = &*robot;
     let Made { bytes, mut text, content } = match (args.tube, bent) {
         (Some(tube), _) if format == Format::Dxf => cut_pattern(args, robot, tube)?,

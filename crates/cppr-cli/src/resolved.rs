@@ -1,7 +1,9 @@
 //! How exactly equilibria are solved: what is asked for, what is reached, and what is said of it.
 
 use crate::Failure;
-use crate::command::{described, no_equilibrium};
+use crate::command::{RestArgs, build, described, no_equilibrium};
+use crate::output::note;
+use crate::steep::sudden_changes;
 use crate::table::plain;
 use cppr::analysis::{ACCURACY, Accuracy, Against, Followed};
 use cppr::bundle::Friction;
@@ -18,7 +20,8 @@ pub struct AccuracyArgs {
     /// taken. Modes chosen by --modes or --refine stay as they are
     #[arg(long, value_name = "PART", default_value_t = ACCURACY, value_parser = part_of_length)]
     accuracy: f64,
-    /// Integrate along the robot instead of taking modes: for fields that change faster than modes follow, and for many loads
+    /// Integrate along the robot instead of taking modes: for fields that change faster than modes follow, and for many loads. So it is by itself for a robot
+    /// with sudden changes along it, unless an option is given that only modes have (--refine, --modes, --planar, --formulation, --relative-angle)
     #[arg(long)]
     integrate: bool,
 }
@@ -31,18 +34,26 @@ fn part_of_length(text: &str) -> Result<f64, String> {
 }
 
 impl AccuracyArgs {
-    /// Reads a robot file. What is to be integrated is described as parts and joints.
-    pub fn described(&self, path: &Path) -> Result<Described, Failure> {
-        if !self.integrate {
-            return described(path);
+    /// Reads a robot file. What is to be integrated is described as parts and joints: robots for which that is asked for, with friction, and those with sudden changes
+    /// that modes do not follow, unless `rest` asks for what only modes have.
+    pub fn described(
+        &self,
+        path: &Path,
+        rest: &RestArgs,
+        friction: Option<&Friction>,
+    ) -> Result<Described, Failure> {
+        if !self.integrate && friction.is_none() {
+            let own = described(path)?;
+            let Described::Robot(file) = &own else { return Ok(own) };
+            let sudden = if rest.needs_modes() { None } else { sudden_changes(&build(file, path)?) };
+            let Some(places) = sudden else { return Ok(own) };
+            note(&format!(
+                "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",
+                path.display()
+            ));
         }
         let design = bundle_file::read_bundle(path).map_err(|problem| Failure::Input(problem.to_string()))?;
         Ok(Described::Bundle(design))
-    }
-
-    /// The same; friction is that of tubes along which is integrated.
-    pub fn described_with(&self, path: &Path, friction: Option<&Friction>) -> Result<Described, Failure> {
-        Self { integrate: self.integrate || friction.is_some(), ..self.clone() }.described(path)
     }
 
     /// Solves from rest; where that finds no stable equilibrium, follows the path of equilibria from rest to the command. What is found may be no equilibrium.

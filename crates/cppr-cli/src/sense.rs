@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ));
     }
     let friction = args.friction.friction();
-    match args.accuracy.described_with(&args.robot, friction.as_ref())? {
+    match args.accuracy.described(&args.robot, &args.command.rest, friction.as_ref())? {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let command = args.command.command(&robot)?;
@@ -129,13 +129,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
+/// What is sensed with motors driven on and driven back.
+type Slipping<E> = (Friction, [Option<Sensed<E>>; 2]);
+
 /// Writes and prints.
 fn finish<E>(
     args: &Args,
     outputs: &Outputs,
     name: &str,
     measured: &[Measured],
-    (answer, slipping): (&Sensed<E>, Option<&(Friction, [Option<Sensed<E>>; 2])>),
+    (answer, slipping): (&Sensed<E>, Option<&Slipping<E>>),
     resolved: Option<&Resolved>,
 ) -> Result<(), Failure> {
     if let Some(path) = outputs.json {

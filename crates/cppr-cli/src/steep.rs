@@ -15,6 +15,15 @@ const UNEVEN: f64 = 0.006;
 
 /// A sentence on sudden changes, where there are any.
 pub fn steep(robot: &Robot) -> Option<String> {
+    let places = sudden_changes(robot)?;
+    Some(format!(
+        "sudden changes and uneven turns may not be followed by modes ({places}): write a [[tube.part]] on either side, add to the file a \
+         [[joint]] of all tubes, or take --integrate, and the robot is integrated along its length"
+    ))
+}
+
+/// Where there are sudden changes that modes do not follow.
+pub fn sudden_changes(robot: &Robot) -> Option<String> {
     let length = robot.length();
     let tubes = robot.design().tubes.iter().enumerate();
     let places: Vec<String> = tubes
@@ -29,13 +38,7 @@ pub fn steep(robot: &Robot) -> Option<String> {
             Some(format!("{name} of tube {} at {mm} mm", index + 1))
         })
         .collect();
-    (!places.is_empty()).then(|| {
-        format!(
-            "sudden changes and uneven turns may not be followed by these equations ({}): write a [[tube.part]] on either side, or add to the file a \
-             [[joint]] of all tubes, and the robot is integrated along its length",
-            places.join(", ")
-        )
-    })
+    (!places.is_empty()).then(|| places.join(", "))
 }
 
 /// A profile at the ends of all cells.

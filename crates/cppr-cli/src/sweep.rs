@@ -180,7 +180,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let subject = match args.accuracy.described_with(&args.robot, args.friction.friction().as_ref())? {
+    let subject = match args.accuracy.described(&args.robot, &args.rest, args.friction.friction().as_ref())? {
         Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
         Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
     };
@@ -222,8 +222,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let mut study = matches!(task.plan, Plan::Samples { .. }).then(|| Study::new(&task));
     let mut reasons = [const { None }; Verdict::ALL.len()];
-    let slipping = task.columns().iter().position(|column| column.name == "loading_tip_x_m");
-    let mut no_slip = 0;
     let visit = |chunk: &Chunk| {
         if let Some(study) = &mut study {
             study.visit(chunk);
@@ -239,11 +237,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             cloud.visit(chunk);
         }
         errors.visit(&task, chunk);
-        if let Some(slipping) = slipping {
-            let verdicts = chunk.column(task.axes.len()).iter().filter_map(|code| Verdict::from_code(*code));
-            let rows = verdicts.zip(chunk.column(slipping));
-            no_slip += rows.filter(|(verdict, tip)| verdict.is_equilibrium() && tip.is_nan()).count();
-        }
     };
     let finished = write_file(&task, &target, &options, progress, visit);
     bar.finish_and_clear();
@@ -258,12 +251,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut text = summary(args, &task, &finished, &reasons, solved, seconds);
     text += &errors.text();
-    if no_slip > 0 {
-        let _ = writeln!(
-            text,
-            "  no equilibrium with full slip was found in {no_slip} rows: their columns of friction are empty"
-        );
-    }
     if let Some(report) = study {
         text += &crate::study::text(&report);
     }

@@ -20,7 +20,7 @@ use cppr_sweep::{
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 /// What varies ("pull", ..., "tip_force", "tip_moment", "vary"), tube or component, key of the file; "range" or "normal" with
@@ -49,6 +49,13 @@ fn failed(py: Python<'_>, problem: &FileProblem) -> PyErr {
     }
 }
 
+/// A robot file; with friction what is integrated.
+fn described(py: Python<'_>, path: &Path, rubs: bool) -> PyResult<Described> {
+    let read =
+        if rubs { bundle_file::read_bundle(path).map(Described::Bundle) } else { bundle_file::read(path) };
+    read.map_err(|problems| errors::file(py, &problems))
+}
+
 /// Rows of every verdict, by its word.
 #[pyfunction]
 pub fn sweep<'py>(
@@ -71,11 +78,7 @@ pub fn sweep<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
-    let described = match friction {
-        None => bundle_file::read(&path),
-        Some(_) => bundle_file::read_bundle(&path).map(Described::Bundle),
-    };
-    let described = described.map_err(|problems| errors::file(py, &problems))?;
+    let described = described(py, &path, friction.is_some())?;
     let robot_text = std::fs::read_to_string(&path)?;
     let mut subject = match described {
         Described::Robot(file) => {

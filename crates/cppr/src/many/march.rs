@@ -131,7 +131,7 @@ impl March {
                         self.lanes[lane].copy(&rest);
                     }
                 }
-                self.turn(active, near);
+                self.turn(active, &near);
                 for lane in 0..active {
                     let equilibrium = &self.lanes[lane];
                     let solved = match &self.tips[lane] {
@@ -168,7 +168,7 @@ impl March {
     }
 
     /// One turn: the first commands from the equilibria that stand in their lanes: `near` has the tips of those that are neighbours, and how far these are (rad).
-    fn turn(&mut self, count: usize, near: [Option<(Vector3<f64>, f64)>; WIDTH]) {
+    fn turn(&mut self, count: usize, near: &[Option<(Vector3<f64>, f64)>; WIDTH]) {
         let lanes = &mut self.lanes[..count];
         self.batch.solve(&self.commands[..count], lanes, &mut self.tips);
         for (lane, (equilibrium, tip)) in lanes.iter_mut().zip(&mut self.tips).enumerate() {
