@@ -95,7 +95,7 @@ pub fn sweep<'py>(
         Described::Bundle(_) if settings.is_some() => {
             return Err(errors::command(
                 py,
-                "settings are not for a robot with parts or joints, nor for friction: both are solved without modes",
+                "settings are not for a robot with parts or joints, nor for friction: there are no modes",
             ));
         }
         Described::Bundle(design) => {

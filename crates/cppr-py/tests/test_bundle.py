@@ -211,6 +211,18 @@ def test_it_is_swept_with_its_designs(tmp_path: Path) -> None:
         cppr.sweep(robot, output, pull=cppr.Range(0.0, 1e-3, 3), settings=cppr.Settings())
 
 
+def test_a_sweep_knows_friction(tmp_path: Path) -> None:
+    robot = ROOT / "robots/r1.toml"
+    output = tmp_path / "rubbed.npz"
+    cppr.sweep(robot, output, pull=cppr.Range(2e-3, 4e-3, 2), friction=0.2, guide=20e-3)
+    table = np.load(output)
+    loading, unloading = cppr.Robot.from_toml(robot).solve(pull=4e-3).friction(0.2, guide=20e-3)
+    assert table["loading_tube2_tension_N"][-1] == pytest.approx(loading["tension"][1], rel=1e-4)
+    assert table["unloading_tip_y_m"][-1] == pytest.approx(unloading["tip_position"][1], abs=1e-7)
+    with pytest.raises(ValueError, match="coefficient of friction"):
+        cppr.sweep(robot, output, pull=cppr.Range(2e-3, 4e-3, 2), friction=-0.2)
+
+
 def test_tubes_press_on_each_other_and_rub() -> None:
     """R1 under 6 mm with a friction of 0.1: the forces of an independent program, from a robot and from its bundle."""
     path = ROOT / "robots/r1.toml"

@@ -54,7 +54,16 @@ def test_efforts_forces_and_moments_vary_too(r3: cppr.Robot) -> None:
     force = np.array([[0, 0.05, 0], [0, 0, 0.05]])
     many = r3.solve_many(tension=[1.0, 2.0], torque=0.01, tip_force=force, tip_moment=(0, 0, 1e-3))
     eq = r3.solve(tension=2.0, torque=0.01, tip_force=force[1], tip_moment=(0, 0, 1e-3))
-    assert (many.tip_position[1] == eq.tip_position).all()
+    np.testing.assert_allclose(many.tip_position[1], eq.tip_position, rtol=0, atol=1e-11)
+
+
+def test_near_poses_begin_at_each_other_with_the_same_answers(r3: cppr.Robot) -> None:
+    grid = {"pull": np.linspace(0, 6e-3, 40)[:, None], "rotate": np.linspace(-2.0, 2.0, 40)}
+    near, rest = r3.solve_many(**grid), r3.solve_many(**grid, warm=False)
+    assert near.stable.all() and rest.stable.all()
+    np.testing.assert_allclose(near.tip_position, rest.tip_position, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(near.torque, rest.torque, rtol=0, atol=1e-9)
+    assert near.iterations.sum() < 0.85 * rest.iterations.sum()
 
 
 def test_poses_without_equilibrium_are_nan() -> None:
