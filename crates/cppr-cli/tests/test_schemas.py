@@ -47,11 +47,13 @@ COMMANDS = {
     "reach": [
         "robots/r4.toml --direction 0.7,0.7,0 --rotate 0deg --tip-force 0,-0.05,0N",
         "robots/r1.toml --position 100,100,100mm --rotate-bounds -90..90deg",
+        "robots/r1.toml --position 128,-58.3,0mm --rotate 0deg --pull-bounds 0..6mm --friction 0.2",
     ],
     "match": ["robots/r3.toml --points examples/shapes/r3.csv --rotate 0deg"],
     "sense": [
         "robots/r1.toml --pull 5mm --rotate 20deg --measured-tension 5.07N --measured-torque 3.8Nmm"
-        " --measured-position 120.9,-65.5,-2mm --measured-direction 0.37,-0.93,-0.04"
+        " --measured-position 120.9,-65.5,-2mm --measured-direction 0.37,-0.93,-0.04",
+        "robots/r1.toml --pull 5mm --measured-tension 5.2N --measured-position 120.3,-66.6,0mm --friction 0.2",
     ],
     "derivatives": [
         "robots/childs3.toml --pull 2=1mm --tension 3=-2N --by tube3.stiffness.centroid_offset_mm"
