@@ -162,7 +162,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
     }
     let (robot, bent): (Box<dyn Tubes>, _) =
-        match args.accuracy.described(&args.robot, &args.command.rest, None)? {
+        match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
             Described::Robot(file) => {
                 let robot = build(&file, &args.robot)?;
                 let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };

@@ -37,7 +37,7 @@ impl FreeArgs {
         of_robot: impl FnOnce(&mut Solver, &Command, &[FreeInput]) -> Result<(), Failure>,
         of_bundle: impl FnOnce(&mut BundleAnalysis, &BundleCommand, &[FreeInput]) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        match accuracy.described(robot, &args.rest, friction.as_ref())? {
+        match accuracy.described(robot, args.rest.needs_modes(), friction.as_ref())? {
             Described::Robot(file) => {
                 let built = build(&file, robot)?;
                 let command = args.command(&built)?;

@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
-    let report = match args.accuracy.described(&args.robot, &args.command.rest, None)? {
+    let report = match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
         Described::Robot(file) => of_robot(args, &build(&file, &args.robot)?, teeth)?,
         Described::Bundle(design) => of_bundle(args, &design, teeth)?,
     };

@@ -1,7 +1,7 @@
 //! How exactly equilibria are solved: what is asked for, what is reached, and what is said of it.
 
 use crate::Failure;
-use crate::command::{RestArgs, build, described, no_equilibrium};
+use crate::command::{build, described, no_equilibrium};
 use crate::output::note;
 use crate::steep::sudden_changes;
 use crate::table::plain;
@@ -35,17 +35,17 @@ fn part_of_length(text: &str) -> Result<f64, String> {
 
 impl AccuracyArgs {
     /// Reads a robot file. What is to be integrated is described as parts and joints: robots for which that is asked for, with friction, and those with sudden changes
-    /// that modes do not follow, unless `rest` asks for what only modes have.
+    /// that modes do not follow, unless `keeps_modes`: unless something is asked for that only modes have.
     pub fn described(
         &self,
         path: &Path,
-        rest: &RestArgs,
+        keeps_modes: bool,
         friction: Option<&Friction>,
     ) -> Result<Described, Failure> {
         if !self.integrate && friction.is_none() {
             let own = described(path)?;
             let Described::Robot(file) = &own else { return Ok(own) };
-            let sudden = if rest.needs_modes() { None } else { sudden_changes(&build(file, path)?) };
+            let sudden = if keeps_modes { None } else { sudden_changes(&build(file, path)?) };
             let Some(places) = sudden else { return Ok(own) };
             note(&format!(
                 "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",

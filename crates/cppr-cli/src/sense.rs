@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ));
     }
     let friction = args.friction.friction();
-    match args.accuracy.described(&args.robot, &args.command.rest, friction.as_ref())? {
+    match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), friction.as_ref())? {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let command = args.command.command(&robot)?;
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let answer = analysis.sense(&ready.command, &measured, args.moment);
             let answer = answer.map_err(|p| free::failure(&p))?;
             let slipping = friction.map(|friction| {
-                let sides = analysis.sense_rubbed(&ready.command, &measured, args.moment, &friction);
+                let sides = analysis.sense_rubbed(&answer, &ready.command, &measured, args.moment, &friction);
                 Ok((friction, sides.map_err(|p| free::failure(&p))?))
             });
             let slipping = slipping.transpose()?;

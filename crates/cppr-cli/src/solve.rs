@@ -86,7 +86,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
-    let file = match args.accuracy.described(&args.robot, &args.command.rest, None)? {
+    let keeps_modes = match &args.scenario {
+        Some(path) => scenario::read(path)?.needs_modes(),
+        None => args.command.rest.needs_modes(),
+    };
+    let file = match args.accuracy.described(&args.robot, keeps_modes, None)? {
         Described::Robot(file) => file,
         Described::Bundle(design) => return bundle::run(args, &outputs, &design),
     };

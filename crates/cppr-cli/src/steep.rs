@@ -17,8 +17,8 @@ const UNEVEN: f64 = 0.006;
 pub fn steep(robot: &Robot) -> Option<String> {
     let places = sudden_changes(robot)?;
     Some(format!(
-        "sudden changes and uneven turns may not be followed by modes ({places}): write a [[tube.part]] on either side, add to the file a \
-         [[joint]] of all tubes, or take --integrate, and the robot is integrated along its length"
+        "modes may not follow sudden changes and uneven turns ({places}): commands that solve integrate along the robot instead, unless an option or --margin \
+         keeps the modes; a [[tube.part]] on either side says the step as one"
     ))
 }
 

@@ -180,10 +180,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "--output {shown}: this is no file; a table is put together in one"
         )));
     }
-    let subject = match args.accuracy.described(&args.robot, &args.rest, args.friction.friction().as_ref())? {
-        Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
-        Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
-    };
+    let subject = subject(args)?;
     let mut task = task(args, subject)?;
     task.check().map_err(|problem| Failure::Input(problem.to_string()))?;
     let accepted = match &task.subject {
@@ -304,6 +301,20 @@ fn one_pose(args: &Args) -> CommandArgs {
         },
         rest: args.rest.clone(),
     }
+}
+
+/// What is swept.
+fn subject(args: &Args) -> Result<Subject, Failure> {
+    Ok(
+        match args.accuracy.described(
+            &args.robot,
+            args.rest.needs_modes() || args.margin,
+            args.friction.friction().as_ref(),
+        )? {
+            Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
+            Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
+        },
+    )
 }
 
 /// What a robot is asked in all poses.

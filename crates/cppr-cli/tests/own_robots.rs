@@ -143,6 +143,14 @@ fn answers_say_how_accurate_they_are() {
     assert!((tip[0] - 88.599e-3).hypot(tip[1] + 50.173e-3) < 1e-4 * 0.115, "{tip:?}");
     let chosen = text(&cppr(&["solve", steps, "--pull", "2mm", "--refine", "2"]).stdout);
     assert!(chosen.contains("consistent formulation") && !chosen.contains("of the length only"), "{chosen}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (scenario, table) = (file("scenario.toml"), file("margins.csv"));
+    std::fs::write(&scenario, "refine = 2\n[[actuator]]\ntube = 2\npull_mm = 2.0\n").unwrap();
+    let said = cppr(&["solve", steps, "--scenario", &scenario]);
+    assert_eq!(text(&said.stdout).lines().nth(3), chosen.lines().nth(3), "{}", text(&said.stderr));
+    let margins = cppr(&["sweep", steps, "--pull", "1..2mm:2", "--margin", "--output", &table]);
+    assert_eq!(margins.status.code(), Some(0), "{}", text(&margins.stderr));
     refused(&["solve", steps, "--pull", "2mm", "--accuracy", "2"], "above 0 and up to 1");
 }
 

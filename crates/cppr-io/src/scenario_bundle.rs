@@ -7,12 +7,9 @@ use cppr::bundle::{BundleDesign, TubeParts};
 use cppr::solve::{Freedom, Input};
 
 impl Scenario {
-    /// The command for a bundle, and whether its tubes stretch.
-    ///
-    /// # Errors
-    /// Every entry that cannot be asked of it.
-    pub fn bundle_command(&self, design: &BundleDesign) -> Result<(BundleCommand, bool), Vec<String>> {
-        let not_here = [
+    /// Keys that only robots solved with modes take, and why a bundle does not.
+    fn of_modes_alone(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let all = [
             (
                 "rotation_means",
                 self.rotation_means != RotationName::Base,
@@ -27,10 +24,23 @@ impl Scenario {
             ("refine", self.refine != Refinement::default(), "its steps follow their error"),
             ("notches", !self.notches.is_empty(), "its parts are changed in the robot file"),
         ];
-        let mut problems: Vec<String> = not_here
-            .into_iter()
-            .filter(|(_, given, _)| *given)
-            .map(|(key, _, why)| format!("{key} is not for a robot with parts or joints: {why}"))
+        all.into_iter().filter(|(_, given, _)| *given).map(|(key, _, why)| (key, why))
+    }
+
+    /// Does it ask for what only the solver with modes has?
+    #[must_use]
+    pub fn needs_modes(&self) -> bool {
+        self.of_modes_alone().next().is_some()
+    }
+
+    /// The command for a bundle, and whether its tubes stretch.
+    ///
+    /// # Errors
+    /// Every entry that cannot be asked of it.
+    pub fn bundle_command(&self, design: &BundleDesign) -> Result<(BundleCommand, bool), Vec<String>> {
+        let mut problems: Vec<String> = self
+            .of_modes_alone()
+            .map(|(key, why)| format!("{key} is not for a robot with parts or joints: {why}"))
             .collect();
         let loads = self.loads();
         let length = design.tubes.first().map_or(0.0, TubeParts::length);

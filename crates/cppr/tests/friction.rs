@@ -339,10 +339,10 @@ fn the_force_on_the_tip_is_sensed_through_friction() {
             Measured::Position(side.equilibrium.tip, 5e-4),
             Measured::Direction(side.equilibrium.frame.column(0).into_owned(), 0.02),
         ];
-        let sensed = analysis.sense_rubbed(&command, &measured, false, &friction).unwrap();
+        let blind = analysis.sense(&command, &measured, false).unwrap();
+        let sensed = analysis.sense_rubbed(&blind, &command, &measured, false, &friction).unwrap();
         let sensed = sensed.map(|side| side.map(|own| own.force));
         assert!((sensed[which].unwrap() - acting).norm() < 1e-3, "{which}: {sensed:?}");
-        let blind = analysis.sense(&command, &measured, false).unwrap();
         assert!((blind.force - acting).norm() > 0.01, "friction is taken for a force: {}", blind.force);
         assert!(sensed[1 - which].is_none_or(|other| (other - acting).norm() > 0.02), "{sensed:?}");
     }

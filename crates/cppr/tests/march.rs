@@ -217,3 +217,36 @@ fn a_solve_from_rest_stays_on_the_branch_of_rest() {
         assert!((own - path).norm() < 1e-8 * robot.length(), "seed {seed}, pose {pose}: {own} {path}");
     }
 }
+
+/// Robots that are tried; `CPPR_CASES` sets another number.
+const CASES: u64 = 12;
+
+/// A solve from rest ends on the branch on which the path of equilibria from rest ends.
+#[test]
+fn solves_from_rest_end_where_the_path_ends() {
+    let cases = std::env::var("CPPR_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
+    let (mut solved, mut apart) = (0, Vec::new());
+    for seed in 0..cases {
+        let (design, whole) = random_case(seed);
+        if design.tubes.len() > 3 {
+            continue;
+        }
+        let robot = Robot::from_design(design).unwrap();
+        let mut solver = Solver::new(&robot);
+        for pose in [0, 3, 8] {
+            let command = on_grid(&whole, 3, pose);
+            let Ok(found) = solver.solve(&command) else { continue };
+            let Some(followed) = solver.follow(&command).filter(|_| found.status() == Status::Converged)
+            else {
+                continue;
+            };
+            solved += 1;
+            let [own, path] = [&found, &followed.equilibrium].map(|e| solver.tip(e).centre);
+            if (own - path).norm() > 1e-6 * robot.length() {
+                apart.push((seed, pose));
+            }
+        }
+    }
+    println!("{solved} solved, {} on another branch than their path: {apart:?}", apart.len());
+    assert!(solved > cases && apart.is_empty(), "{solved}: {apart:?}");
+}

@@ -271,7 +271,7 @@ impl<'a> BundleAnalysis<'a> {
         inverse::sense(self, command, start, measured, with_moment)
     }
 
-    /// The same where tubes rub and slip everywhere: for measurements while the motors were driven on (loading), and while they were driven back. `None` where
+    /// What [`Self::sense`] found, `free`, where tubes rub and slip everywhere: for measurements while the motors were driven on (loading), and while they were driven back. `None` where
     /// no such equilibrium agrees with the measurements.
     ///
     /// What friction adds to efforts and tip in the equilibrium found is taken off the measurements, which are then fitted again, until that changes
@@ -281,12 +281,13 @@ impl<'a> BundleAnalysis<'a> {
     /// As [`Self::sense`].
     pub fn sense_rubbed(
         &mut self,
+        free: &Sensed<BundleEquilibrium>,
         command: &BundleCommand,
         measured: &[Measured],
         with_moment: bool,
         friction: &Friction,
     ) -> Result<[Option<Sensed<BundleEquilibrium>>; 2], InverseProblem> {
-        let free = self.sense(command, measured, with_moment)?;
+        let start = self.stable(command, None);
         let mut sides = [None, None];
         for (side, answer) in sides.iter_mut().enumerate() {
             let mut found = free.clone();
@@ -302,7 +303,7 @@ impl<'a> BundleAnalysis<'a> {
                     return Some(Ok(Some(found.clone())));
                 }
                 before = clean;
-                match self.sense(command, &before, with_moment) {
+                match inverse::sense(self, command, start.clone(), &before, with_moment) {
                     Ok(own) => found = own,
                     Err(problem) => return Some(Err(problem)),
                 }

@@ -129,7 +129,7 @@ pub(crate) fn settle(
 }
 
 /// So many shortened steps of Newton's method from rest may have led onto another branch: of 896 commands of random robots each of the three that did had so many,
-/// and so had 18 % of the others.
+/// and so had 18 % of the others. With this bound none of 560 is on another one (`CPPR_CASES=300 cargo test --release -p cppr --test march`).
 const STRAY: usize = 4;
 /// Smallest part of the command that is then added by steps that none is shortened in.
 const GENTLE: f64 = 1.0 / 64.0;
