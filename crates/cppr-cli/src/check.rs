@@ -4,8 +4,7 @@ use crate::Failure;
 use crate::command::{build, unsound};
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
-use crate::steep::steep;
-use crate::table::{beyond_patterns, counted, millimetres};
+use crate::table::{counted, doubts, millimetres};
 use cppr::bundle::Bundle;
 use cppr_io::Problem;
 use cppr_io::bundle_file::{self, Described};
@@ -83,9 +82,8 @@ fn describe(path: &Path) -> Result<(String, Value), Failure> {
             let (count, length) = (robot.tube_count(), robot.length());
             let plane = if robot.is_planar() { "planar" } else { "in space" };
             let text = format!("{}, {} mm long, {plane}: fine", counted(count, "tube"), millimetres(length));
-            let warnings: Vec<String> = beyond_patterns(&robot).into_iter().chain(steep(&robot)).collect();
             let found = json!({ "name": robot.design().name, "length_m": length, "tubes": count,
-                "planar": robot.is_planar(), "warnings": warnings });
+                "planar": robot.is_planar(), "warnings": doubts(&robot) });
             Ok((text, found))
         }
         Described::Bundle(design) => {

@@ -38,7 +38,6 @@ mod sense;
 mod shape_match;
 mod shell;
 mod solve;
-mod steep;
 mod study;
 mod sweep;
 mod table;

@@ -1,9 +1,8 @@
 //! How exactly equilibria are solved: what is asked for, what is reached, and what is said of it.
 
 use crate::Failure;
-use crate::command::{build, described, no_equilibrium};
+use crate::command::{described, no_equilibrium};
 use crate::output::note;
-use crate::steep::sudden_changes;
 use crate::table::plain;
 use cppr::analysis::{ACCURACY, Accuracy, Against, Followed};
 use cppr::bundle::Friction;
@@ -44,13 +43,17 @@ impl AccuracyArgs {
     ) -> Result<Described, Failure> {
         if !self.integrate && friction.is_none() {
             let own = described(path)?;
-            let Described::Robot(file) = &own else { return Ok(own) };
-            let sudden = if keeps_modes { None } else { sudden_changes(&build(file, path)?) };
-            let Some(places) = sudden else { return Ok(own) };
-            note(&format!(
-                "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",
-                path.display()
-            ));
+            if keeps_modes {
+                return Ok(own);
+            }
+            let (robot, sudden) = own.integrated();
+            if let Some(places) = sudden {
+                note(&format!(
+                    "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",
+                    path.display()
+                ));
+            }
+            return Ok(robot);
         }
         let design = bundle_file::read_bundle(path).map_err(|problem| Failure::Input(problem.to_string()))?;
         Ok(Described::Bundle(design))

@@ -3,12 +3,12 @@
 use crate::exceeded::Exceeded;
 use crate::resolved::Resolved;
 use crate::rubbing::Touch;
-use crate::steep::steep;
 use crate::unstable::Unstable;
 use cppr::analysis::{Shape, absurd_demand, total_bend};
 use cppr::design::Robot;
 use cppr::kinematics::Resolution;
 use cppr::solve::{Equilibrium, Formulation, Status};
+use cppr_io::sudden_changes;
 use std::fmt::Write;
 use std::time::Duration;
 
@@ -30,8 +30,8 @@ pub fn status(found: &Equilibrium) -> String {
     }
 }
 
-/// What the mechanics makes of tubes whose notches end before the tip.
-pub fn beyond_patterns(robot: &Robot) -> Vec<String> {
+/// What the usual solver makes of tubes whose notches end before the tip, and of sudden changes.
+pub fn doubts(robot: &Robot) -> Vec<String> {
     let one = |(tube, end): (usize, f64)| {
         format!(
             "the notches of tube {tube} end at {} mm, but it bends as if notched up to the tip; where it is uncut, write depth_mm \
@@ -39,7 +39,13 @@ pub fn beyond_patterns(robot: &Robot) -> Vec<String> {
             millimetres(end)
         )
     };
-    robot.ends_of_patterns().into_iter().map(one).collect()
+    let sudden = sudden_changes(robot.design()).map(|places| {
+        format!(
+            "modes may not follow sudden changes and uneven turns ({places}): commands that solve integrate along the robot instead, unless an option or \
+             --margin keeps the modes; a [[tube.part]] on either side says the step as one"
+        )
+    });
+    robot.ends_of_patterns().into_iter().map(one).chain(sudden).collect()
 }
 
 fn duration(time: Duration) -> String {
@@ -151,7 +157,7 @@ pub fn table(
         line("warning", exceeded.text());
     }
     let robot = found.robot();
-    for text in beyond_patterns(robot).into_iter().chain(steep(robot)) {
+    for text in doubts(robot) {
         line("warning", text);
     }
     if let Some(demand) = absurd_demand(robot, found.command()) {

@@ -1,14 +1,16 @@
 //! `cppr view`: a robot in the browser, live or as a page to send.
 
 use crate::Failure;
-use crate::command::{build, unsound};
+use crate::command::{build, described, unsound};
 use crate::output::{self, print};
 use crate::quantity::{Kind, Span, span_for_any_tube};
 use crate::scenario;
 use cppr::bundle::Bundle;
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::Scenario;
+use cppr_io::bundle_file::Described;
 use cppr_viewer::save::{Axis, SaveProblem, Swept, page};
 use cppr_viewer::{Options, serve};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Shown by `--help`.
@@ -73,23 +75,26 @@ fn axis(text: &str) -> Result<Axis, String> {
 
 /// Serves the page, or saves one.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let robot = bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))?;
-    match &robot {
+    let scenario = args.scenario.as_deref().map(scenario::read).transpose()?;
+    let keeps_modes = scenario.as_ref().is_some_and(Scenario::needs_modes);
+    let robot = described(&args.robot)?;
+    // As the page will have it.
+    let solved = if keeps_modes { robot.clone() } else { robot.clone().integrated().0 };
+    match &solved {
         Described::Robot(file) => drop(build(file, &args.robot)?),
         Described::Bundle(design) => drop(Bundle::new(design).map_err(|p| unsound(&args.robot, &p))?),
     }
-    let scenario = match (&args.scenario, &robot) {
-        (Some(path), Described::Robot(_)) => {
-            scenario::apply(path, &args.robot)?;
-            Some(scenario::read(path)?)
-        }
-        (Some(path), Described::Bundle(design)) => {
-            scenario::bundle_command(path, design)?;
-            Some(scenario::read(path)?)
-        }
-        (None, _) => None,
-    };
+    match (&args.scenario, &solved) {
+        (Some(path), Described::Robot(_)) => drop(scenario::apply(path, &args.robot)?),
+        (Some(path), Described::Bundle(design)) => drop(scenario::bundle_command(path, design)?),
+        (None, _) => {}
+    }
     if let Some(path) = &args.save {
+        let driven = match &solved {
+            Described::Robot(file) => 2..=file.design.tubes.len(),
+            Described::Bundle(design) => 1..=design.tubes.len(),
+        };
+        check_axes(&args.sweep, &driven)?;
         return save(args, path, robot, &scenario.unwrap_or_default());
     }
     let options = Options { robot, scenario, port: args.port, open: !args.no_open };
@@ -108,29 +113,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-fn save(args: &Args, path: &Path, robot: Described, base: &cppr_io::Scenario) -> Result<(), Failure> {
+fn save(args: &Args, path: &Path, robot: Described, base: &Scenario) -> Result<(), Failure> {
     output::check(&args.robot, &[("--save", Some(path))])?;
-    let (first, last) = match &robot {
-        Described::Robot(file) => (2, file.design.tubes.len()),
-        Described::Bundle(design) => (1, design.tubes.len()),
-    };
-    for (i, axis) in args.sweep.iter().enumerate() {
-        if axis.tube < first {
-            return Err(Failure::Input(
-                "--sweep: tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into(),
-            ));
-        }
-        if axis.tube > last {
-            return Err(Failure::Input(format!("--sweep: there is no tube {}", axis.tube)));
-        }
-        let turns = |s: Swept| matches!(s, Swept::Rotate | Swept::Torque);
-        if args.sweep[..i].iter().any(|b| b.tube == axis.tube && turns(b.swept) == turns(axis.swept)) {
-            return Err(Failure::Input(format!("--sweep: tube {} is swept twice in one way", axis.tube)));
-        }
-    }
     let html = page(robot, base, &args.sweep).map_err(|problem| match problem {
         SaveProblem::NoEquilibrium => Failure::NoEquilibrium(problem.to_string()),
         _ => Failure::Input(problem.to_string()),
     })?;
     output::write(path, html.as_bytes())
+}
+
+/// Refuses sweeps of tubes that are not driven, and of one twice.
+fn check_axes(axes: &[Axis], driven: &RangeInclusive<usize>) -> Result<(), Failure> {
+    for (i, axis) in axes.iter().enumerate() {
+        if axis.tube < *driven.start() {
+            return Err(Failure::Input(
+                "--sweep: tube 1 is the leader, which is fixed in the baseplate: followers begin at 2".into(),
+            ));
+        }
+        if axis.tube > *driven.end() {
+            return Err(Failure::Input(format!("--sweep: there is no tube {}", axis.tube)));
+        }
+        let turns = |s: Swept| matches!(s, Swept::Rotate | Swept::Torque);
+        if axes[..i].iter().any(|b| b.tube == axis.tube && turns(b.swept) == turns(axis.swept)) {
+            return Err(Failure::Input(format!("--sweep: tube {} is swept twice in one way", axis.tube)));
+        }
+    }
+    Ok(())
 }

@@ -25,9 +25,10 @@ use crate::quantity::{
 };
 use crate::robot_file::{self, RobotFile, parse_as, read_as, read_factor, read_name, read_tubes, text_of};
 use crate::stiffness::read_stiffness;
+use crate::sudden::sudden_changes;
 use crate::tube_file::{self, Robot, Tube, check_nesting, notched, read_outline, uncut};
 use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
-use cppr::design::{Material, Outline, TubeDesign};
+use cppr::design::{Material, Outline, RobotDesign, TubeDesign};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
@@ -75,6 +76,24 @@ impl Described {
             Self::Bundle(design) => &design.name,
         }
     }
+
+    /// The robot as it is to be solved: as parts and joints, which are integrated along their length, where it has sudden changes that modes do not follow.
+    /// With the places of these changes ([`sudden_changes`]); `None` where it is as it was.
+    #[must_use]
+    pub fn integrated(self) -> (Self, Option<String>) {
+        let Self::Robot(file) = &self else { return (self, None) };
+        let Some(places) = sudden_changes(&file.design) else { return (self, None) };
+        (Self::Bundle(of_robot(&file.design)), Some(places))
+    }
+}
+
+/// Tubes of one length, joined at the tip, as a bundle.
+#[must_use]
+pub fn of_robot(design: &RobotDesign) -> BundleDesign {
+    let mut bundle = BundleDesign::from(design);
+    // A tube alone is bonded to nothing.
+    bundle.joints.retain(|joint| joint.len() > 1);
+    bundle
 }
 
 /// Reads a file of either kind.

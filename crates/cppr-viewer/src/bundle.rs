@@ -55,6 +55,8 @@ const SAME: f64 = 1e-6;
 pub(crate) struct BundleModel {
     design: BundleDesign,
     bundle: Bundle,
+    /// Where sudden changes are for which a robot of tubes of one length is integrated.
+    sudden: Option<String>,
     /// Last stable equilibrium, with its command and whether tubes stretched.
     stable: Option<(BundleEquilibrium, BundleCommand, bool)>,
 }
@@ -106,10 +108,11 @@ struct Pose {
 }
 
 impl BundleModel {
-    pub fn new(design: BundleDesign) -> Result<Self, Vec<String>> {
+    /// `sudden`: places of sudden changes for which a robot of tubes of one length is integrated.
+    pub fn new(design: BundleDesign, sudden: Option<String>) -> Result<Self, Vec<String>> {
         let bundle =
             Bundle::new(&design).map_err(|p| p.0.iter().map(ToString::to_string).collect::<Vec<_>>())?;
-        Ok(Self { design, bundle, stable: None })
+        Ok(Self { design, bundle, sudden, stable: None })
     }
 
     /// Tells the page all about the robot; false where the page is gone.
@@ -118,11 +121,15 @@ impl BundleModel {
         let length = self.bundle.length();
         let bending: f64 = self.design.tubes.iter().map(|tube| softest(tube)[1]).sum();
         let tubes: Vec<_> = self.design.tubes.iter().map(shown).collect();
+        let note = self.sudden.as_ref().map(|places| {
+            format!("Modes do not follow sudden changes ({places}): this robot is integrated along its length, as one of parts and joints.")
+        });
         send(text(&json!({
             "kind": "robot", "bundle": true, "changed": false, "name": self.design.name, "length_mm": length * 1e3,
             "tubes": tubes, "controls": controls, "advance_mm": advance(length) * 1e3,
             "force_N": nice(3.0 * bending / (length * length)), "has_mass": self.design.has_mass(),
             "can_stretch": self.design.has_axial_stiffness(), "columns": COLUMNS,
+            "note": note,
         }))) && [false, true].into_iter().all(|coarse| {
             controls.iter().enumerate().all(|(tube, control)| {
                 let below = BELOW * (advance(length) + control.pull_mm * 1e-3);

@@ -109,7 +109,7 @@ pub fn page(robot: Described, base: &Scenario, axes: &[Axis]) -> Result<String, 
         return Err(SaveProblem::TooMany(count));
     }
     let name = robot.name().to_owned();
-    let mut session = Session::new(robot, None);
+    let mut session = Session::new(robot, Some(base.clone()));
     let mut scenario = base.clone();
     let mut messages = Vec::new();
     let mut poses = Vec::with_capacity(count);
@@ -120,10 +120,10 @@ pub fn page(robot: Described, base: &Scenario, axes: &[Axis]) -> Result<String, 
             rest /= axis.values.len();
         }
         if index == 0 {
-            session.answer(Request::Robot(None), &mut |m| keep(&mut messages, m));
+            session.show_first(&mut |m| keep(&mut messages, m));
         }
         // Each pose by itself, as the program solves it: what a pose is does not depend on its neighbours.
-        let solve = Solve { scenario: scenario.clone(), from_rest: true, ..Solve::default() };
+        let solve = Solve { scenario: scenario.clone(), from_rest: true, resolved: true, ..Solve::default() };
         let mut answers = Vec::new();
         session.answer(Request::Solve(Box::new(solve)), &mut |m| keep(&mut answers, m));
         let pose = answers.pop().unwrap_or(Value::Null);

@@ -9,7 +9,7 @@ use crate::cloud::Remaining;
 use crate::describe::{self, Description};
 use crate::drag;
 use crate::message::{self, Message, SECTIONS};
-use cppr::analysis::{Place, SafeRange, SectionLimit, Shape, Teeth, explained, governing};
+use cppr::analysis::{ACCURACY, Place, SafeRange, SectionLimit, Shape, Teeth, explained, governing};
 use cppr::design::{DesignProblem, Robot};
 use cppr::solve::{Equilibrium, Solver, Status};
 use cppr_io::bundle_file::{self, Described};
@@ -37,6 +37,8 @@ pub enum Request {
     Workspace(Box<Cloud>),
     /// How far each actuator may go from here.
     Ranges(Box<Scenario>),
+    /// How far the modes put the tip of the last stable equilibrium off.
+    Error,
 }
 
 /// A file that was given to the page.
@@ -64,6 +66,9 @@ pub struct Solve {
     /// Where the shape is unstable, go to the stable one to which it is left.
     #[serde(default)]
     pub aside: bool,
+    /// Take as many modes as the accuracy of the program needs, which is for poses from rest.
+    #[serde(default)]
+    pub resolved: bool,
 }
 
 /// Head of the message that carries a pose.
@@ -94,6 +99,8 @@ pub struct Pose {
     pub energy: f64,
     /// 1 at rest, 0 where the robot snaps; none in the printed formulation.
     pub margin: Option<f64>,
+    /// Error of the tip, where it was asked for and is known.
+    pub error_mm: Option<f64>,
     /// Every notch.
     pub limits: Vec<NotchLimit>,
     /// Newton steps.
@@ -208,11 +215,20 @@ impl Session {
         Arc::clone(&self.stop)
     }
 
-    /// Takes a robot and describes it to the page.
-    fn show(&mut self, name: &str, robot: Described, send: Send) -> bool {
+    /// Shows the robot with which the program was started; false where the page is gone.
+    pub(crate) fn show_first(&mut self, send: Send) -> bool {
+        let keeps_modes = self.start.as_ref().is_some_and(Scenario::needs_modes);
+        self.show("The robot", self.first.clone(), keeps_modes, send)
+    }
+
+    /// Takes a robot and describes it to the page. One with sudden changes is integrated, unless what is asked of it needs modes.
+    fn show(&mut self, name: &str, robot: Described, keeps_modes: bool, send: Send) -> bool {
+        let (robot, sudden) = if keeps_modes { (robot, None) } else { robot.integrated() };
         let shown = match robot {
             Described::Robot(file) => Model::new(file).map(|model| Shown::Robot(Box::new(model))),
-            Described::Bundle(design) => BundleModel::new(design).map(|model| Shown::Bundle(Box::new(model))),
+            Described::Bundle(design) => {
+                BundleModel::new(design, sudden).map(|model| Shown::Bundle(Box::new(model)))
+            }
         };
         match shown {
             Ok(shown) => {
@@ -232,11 +248,11 @@ impl Session {
             Request::Solve(solve) => self.solve(&solve, send),
             Request::Robot(None) => {
                 let start = self.start.clone();
-                self.show("The robot", self.first.clone(), send)
+                self.show_first(send)
                     && start.is_none_or(|s| send(text(&json!({"kind": "start", "scenario": s}))))
             }
             Request::Robot(Some(given)) => match bundle_file::parse_either(&given.text) {
-                Ok(robot) => self.show(&given.name, robot, send),
+                Ok(robot) => self.show(&given.name, robot, false, send),
                 Err(problems) => send(refused_file(&given.name, &list(&problems))),
             },
             Request::ReadScenario(given) => match Scenario::parse(&given.text) {
@@ -249,6 +265,7 @@ impl Session {
             },
             Request::Workspace(cloud) => self.start_cloud(&cloud, send),
             Request::Ranges(scenario) => self.ranges(&scenario, send),
+            Request::Error => self.error(send),
         }
     }
 
@@ -316,11 +333,19 @@ impl Session {
         if asked.aside {
             found = solver.stable_aside(&found).unwrap_or(found);
         }
+        let mut error = None;
+        if asked.resolved {
+            match solver.resolve(found, ACCURACY) {
+                Ok((finer, own)) => (found, error) = (finer, own),
+                Err(problem) => return refuse("wrong", &[problem.to_string()], send),
+            }
+        }
         let shape = solver.shape(&found, SECTIONS);
         let margin = solver.stability(&found).map(|s| s.margin);
         let limits = solver.section_limits(&found, Teeth::Rigid);
         let mut pose = Pose::new(asked.id, &found, &shape, solve_us);
         pose.margin = margin;
+        pose.error_mm = error.map(|own| own.tip * 1e3);
         pose.dragged = asked.target_mm.is_some();
         pose.exceeded = exceeded(&limits);
         pose.limits = limits.iter().map(NotchLimit::from).collect();
@@ -345,6 +370,19 @@ impl Session {
             solver.safe_ranges(&command, Teeth::Rigid).ok()
         });
         send(ranges(&safe.unwrap_or_default()))
+    }
+
+    /// Tells the page how far the tip of the last stable equilibrium is off; nothing of a bundle, whose poses say it.
+    fn error(&mut self, send: Send) -> bool {
+        let Some(Shown::Robot(model)) = &mut self.model else { return true };
+        let Some(found) = &model.stable else { return true };
+        let error = model.solver.accuracy(found);
+        let bound = ACCURACY * found.robot().length();
+        let advice = error.filter(|own| own.tip > bound).map(|own| {
+            let part = own.tip / found.robot().length();
+            format!("The modes put the tip off by {part:.0e} of the length: take more of them under Model.")
+        });
+        send(text(&json!({"kind": "error", "error_mm": error.map(|own| own.tip * 1e3), "advice": advice})))
     }
 
     /// Is there something to do while the page asks nothing?
@@ -477,6 +515,7 @@ impl Pose {
                 .collect(),
             energy: found.elastic_energy() * 1e3,
             margin: None,
+            error_mm: None,
             limits: Vec::new(),
             iterations: found.statistics().iterations,
             solve_us,

@@ -1,17 +1,26 @@
-//! What the page is answered for robots with parts and joints.
+//! What the page is answered for robots with parts and joints, and for those with changes that modes do not follow.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use cppr_io::Scenario;
 use cppr_io::bundle_file::{self, Described};
 use cppr_io::scenario::ActuatorEntry;
 use cppr_viewer::message::Message;
-use cppr_viewer::session::{Cloud, Request, Session, Solve};
+use cppr_viewer::session::{Cloud, File, Request, Session, Solve};
 use serde_json::Value;
 
 /// A session that shows a robot, and what the page was told of it.
 fn session(name: &str) -> (Session, Vec<Value>) {
     let path = format!("{}/../../robots/bundles/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    let mut session = Session::new(Described::Bundle(bundle_file::read_bundle(path).unwrap()), None);
+    shown(Session::new(Described::Bundle(bundle_file::read_bundle(path).unwrap()), None))
+}
+
+/// The same of a robot file of any kind, with what is asked of it at first.
+fn started(path: &str, start: Option<Scenario>) -> (Session, Vec<Value>) {
+    let path = format!("{}/../../{path}", env!("CARGO_MANIFEST_DIR"));
+    shown(Session::new(bundle_file::read(path).unwrap(), start))
+}
+
+fn shown(mut session: Session) -> (Session, Vec<Value>) {
     let told = ask(&mut session, Request::Robot(None));
     (session, told.into_iter().map(|(head, _)| head).collect())
 }
@@ -134,4 +143,59 @@ fn what_cannot_be_asked_is_refused_with_a_sentence() {
     let cloud = Cloud { scenario: Scenario::default(), ranges: Vec::new(), count: 1 };
     let (answer, _) = ask(&mut session, Request::Workspace(Box::new(cloud))).pop().unwrap();
     assert!(answer["text"].as_str().unwrap().contains("cppr sweep"), "{answer}");
+}
+
+const STEPS: &str = "crates/cppr-cli/tests/data/steps_in_a_table.toml";
+
+/// The right tip is that of `answers_say_how_accurate_they_are` among the tests of the program.
+#[test]
+fn a_robot_with_sudden_changes_is_integrated_and_the_page_is_told() {
+    let off = |pose: &Value| (tip(pose)[0] - 88.599).hypot(tip(pose)[1] + 50.173);
+    let (mut session, told) = started(STEPS, None);
+    let note = told[0]["note"].as_str().unwrap();
+    assert!(note.contains("notch depth of tube 1 at 30 mm"), "{note}");
+    let (pose, _) = solve(&mut session, pulls(&[(2, 2.0)]));
+    assert!(off(&pose) < 0.01, "{pose}");
+    assert!((pose["actuators"][1]["tension_N"].as_f64().unwrap() - 1.8538).abs() < 1e-3);
+    let text = std::fs::read_to_string(format!("{}/../../{STEPS}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let dropped = ask(&mut session, Request::Robot(Some(File { name: "steps.toml".into(), text })));
+    assert_eq!(dropped[0].0["note"], note);
+
+    // What is asked at first needs modes.
+    let chosen = Scenario::parse("refine = 2").unwrap();
+    let (mut session, told) = started(STEPS, Some(chosen.clone()));
+    assert_eq!((&told[0]["note"], &told[0]["bundle"]), (&Value::Null, &Value::Null));
+    let asked = pulls(&[(2, 2.0)]);
+    let asked = Solve { scenario: Scenario { actuator: asked.scenario.actuator, ..chosen }, ..asked };
+    let (pose, _) = solve(&mut session, asked);
+    assert!(off(&pose) > 1.0, "{pose}");
+    let (told, _) = ask(&mut session, Request::Error).pop().unwrap();
+    assert!((told["error_mm"].as_f64().unwrap() - off(&pose)).abs() < 0.1, "{told}");
+    assert!(told["advice"].as_str().unwrap().contains("take more"), "{told}");
+}
+
+/// The error of the modes is told where the page asks for it; poses of a saved page take as many modes as they need.
+#[test]
+fn modes_have_an_error() {
+    let (mut session, _) = started("robots/r3.toml", None);
+    assert!(ask(&mut session, Request::Error).is_empty());
+    let (pose, _) = solve(&mut session, pulls(&[(2, 5.0)]));
+    assert_eq!(pose["error_mm"], Value::Null);
+    let (told, _) = ask(&mut session, Request::Error).pop().unwrap();
+    assert!((1e-9..1e-4 * 150.0).contains(&told["error_mm"].as_f64().unwrap()), "{told}");
+    assert_eq!(told["advice"], Value::Null);
+
+    // One notch is deeper than the others.
+    let path = format!("{}/../../robots/r1.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    let deeper = "depth_mm = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.3, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]";
+    let robot = bundle_file::parse_either(&text.replacen("depth_mm = 5.0", deeper, 1)).unwrap();
+    let (mut session, told) = shown(Session::new(robot, None));
+    assert_eq!(told[0]["note"], Value::Null);
+    let asked = pulls(&[(2, 5.0)]);
+    solve(&mut session, asked.clone());
+    let usual = ask(&mut session, Request::Error).pop().unwrap().0["error_mm"].as_f64().unwrap();
+    let (resolved, _) = solve(&mut session, Solve { resolved: true, from_rest: true, ..asked });
+    let finer = resolved["error_mm"].as_f64().unwrap();
+    assert!(usual > 1e-4 * 150.0 && finer < usual, "{usual} {finer}");
 }

@@ -32,7 +32,9 @@ const problems = el("dialog", { className: "problems" });
 const legend = new Legend();
 const scale = el("div", { className: "scale" });
 const plots = new Plots((section) => stage.highlight(section));
-const right = el("aside", { className: "side right", "aria-label": "Results" }, readout.node, plots.node);
+/** What is to be known of how this robot is solved. */
+const remark = el("p", { className: "note" });
+const right = el("aside", { className: "side right", "aria-label": "Results" }, readout.node, remark, plots.node);
 app.append(el("header", {}, name, tools), el("main", {}, left, host, right), problems);
 const stage = new Stage(host);
 
@@ -115,6 +117,8 @@ function begin(description) {
   columns = robot.columns;
   name.textContent = robot.name;
   document.title = `${robot.name} – cppr`;
+  remark.textContent = robot.note ?? "";
+  remark.hidden = !robot.note;
   stage.begin(robot);
   arrow.begin(robot.force_N);
   plots.begin(robot);
@@ -189,6 +193,7 @@ const messages = {
   start: ({ scenario }) => begun || store.start(scenario),
   file: ({ text }) => download(`${robot.name}-state.toml`, text, "application/toml"),
   ranges: ({ ranges }) => panel?.safe(ranges),
+  error: (message) => readout.error(message),
   cloud: (message) => {
     stage.addCloud(message.floats);
     cloudNote.textContent = message.done ? "" : ` ${message.solved} of ${message.count}`;
@@ -217,10 +222,11 @@ store.addEventListener("change", ({ detail }) => {
 let resting = false;
 
 /**
- * How far each actuator may go is asked where nothing has changed for a while. A page that solves by itself does one thing at a time: of a robot
+ * How exact the shape is, and how far each actuator may go, is asked where nothing has changed for a while. A page that solves by itself does one thing at a time: of a robot
  * with parts and joints, which may have come meanwhile, it does not ask what takes seconds.
  */
 const ranges = new Rest(400, () => {
+  if (!refused && store.pose?.status === "converged" && !robot.bundle) source.send("error");
   if (!(robot.bundle && robots)) source.send({ ranges: trimmed(store.scenario) });
 });
 

@@ -26,6 +26,14 @@ export class Readout {
     if (this.advice.textContent !== text) this.advice.textContent = text;
   }
 
+  #error = el("td", { colSpan: 3 });
+
+  /** Error of the pose that is shown, with what to do where it is large. */
+  error({ error_mm: error, advice }) {
+    this.#error.textContent = error === null ? "not known" : millimetres(error);
+    if (advice) this.advise([this.advice.textContent, advice].filter(Boolean).join(" "));
+  }
+
   #row(name, cells, title = "") {
     return el("tr", { title }, el("th", { scope: "row" }, name), ...cells.map((c) => (c instanceof Node ? c : el("td", {}, c))));
   }
@@ -52,20 +60,24 @@ export class Readout {
         el("tr", {}, el("th", { scope: "row" }, ...name(`Turn ${a.tube}`)), ...pair(`${show(a.rotate_deg, 2)}°`, asked.rotate_deg, `${show(a.torque_Nmm, 2)} N mm`, asked.torque_Nmm)),
       );
     }
-    if (pose.error_mm !== undefined) {
-      const error = this.#row("Error", [el("td", { colSpan: 3 }, pose.error_mm === null ? "not known" : `${pose.error_mm.toExponential(0)} mm`)], "How far the tip moves when every step of the integration is halved");
-      error.className = "first";
-      this.table.replaceChildren(...rows, error, ...limits(pose));
+    // Modes are judged where nothing has changed for a while, the integration with every pose.
+    const modes = pose.margin !== undefined;
+    const error = this.#row("Error", [this.#error], modes ? "What the modes put the tip off by, against the robot integrated without modes" : "How far the tip moves when every step of the integration is halved");
+    error.className = "first";
+    this.#error.textContent = pose.error_mm === null ? (modes ? "…" : "not known") : millimetres(pose.error_mm);
+    rows.push(error);
+    if (!modes) {
+      this.table.replaceChildren(...rows, ...limits(pose));
       return;
     }
     const margin = pose.margin === null ? ["not known (printed)"] : [bar(pose.margin), show(pose.margin)];
-    const first = this.#row("Stability", [el("td", { colSpan: 3 }, ...margin)], "Margin: 1 at rest, 0 where the robot snaps");
-    first.className = "first";
-    rows.push(first, ...limits(pose));
+    rows.push(this.#row("Stability", [el("td", { colSpan: 3 }, ...margin)], "Margin: 1 at rest, 0 where the robot snaps"), ...limits(pose));
     rows.push(this.#row("Energy", [el("td", { colSpan: 3 }, `${show(pose.energy_mJ)} mJ`)], "Elastic energy of all tubes"));
     this.table.replaceChildren(...rows);
   }
 }
+
+const millimetres = (error) => `${error.toExponential(0)} mm`;
 
 /** Less than that is rounding: the first of notches that are strained alike is named, as the program does. */
 const EVEN = 1e-9;

@@ -91,6 +91,19 @@ test("a robot with an uncut shaft and tip shows its body, notched between them",
   assert.deepEqual(grave(errors), []);
 });
 
+test("a robot with sudden changes along it is one of them, and the page says so", async () => {
+  const other = await chrome.context.newPage();
+  await other.goto(server.address);
+  await other.waitForFunction(() => cppr.store.pose);
+  const STEPS = "crates/cppr-cli/tests/data/steps_in_a_table.toml";
+  await drop(other, "steps.toml", readFileSync(join(root, STEPS), "utf8"));
+  await other.waitForFunction(() => cppr.store.robot.name === "MyNiTi" && cppr.store.pose);
+  await other.evaluate(() => cppr.store.change((s) => (s.actuator[1].pull_mm = 2), true));
+  near(await settled(other), [88.599, -50.173, 0], 0.02);
+  assert.match(await other.getByRole("complementary", { name: "Results" }).textContent(), /sudden changes \(notch depth of tube 1 at 30 mm/);
+  await other.close();
+});
+
 test("limits of such a robot: in the status, as colours, and as safe ranges", async () => {
   const text = readFileSync(join(root, UNCUT), "utf8").replace("strain_percent = 6", "strain_percent = 1");
   await drop(page, "strict.toml", text.replace("Uncut ends", "Strict"));

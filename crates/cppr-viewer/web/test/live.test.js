@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { browser, open, root, view } from "./browser.js";
-import { drop, grave, near, settled, solve, tipOf } from "./helpers.js";
+import { drop, eventually, grave, near, settled, solve, tipOf } from "./helpers.js";
 
 let server, chrome, page, errors, requests;
 before(async () => {
@@ -35,6 +35,11 @@ test("a slider moves the tip by what the program says", async () => {
   await slider("Pull (mm)").fill("-8");
   await slider("Turn (°)").fill("40");
   near(await settled(page), tipOf(solve("robots/r3.toml", "--pull", "-8mm", "--rotate", "40deg")), 1e-6);
+});
+
+test("the error of the modes is told once nothing changes", async () => {
+  const row = page.getByRole("row", { name: /^Error/ });
+  await eventually(async () => /\de-\d+ mm/.test(await row.textContent()), "no error is told");
 });
 
 test("shapes do not wait for pictures, and no picture is drawn for nothing", async () => {

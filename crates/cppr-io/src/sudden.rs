@@ -1,7 +1,6 @@
 //! Steps in what a robot file says along a tube, which the modes of the usual solver do not follow.
 
-use crate::table::millimetres;
-use cppr::design::{Profile, Robot, TubeDesign};
+use cppr::design::{Profile, RobotDesign, TubeDesign};
 
 /// Cells along the robot, and over how many of them a change counts as sudden: a fiftieth of the length.
 const CELLS: usize = 500;
@@ -13,19 +12,12 @@ const PART: f64 = 0.25;
 /// than some 2e-4 of the length, whether they are short or long; 4° at once make 4e-3, 10° 1e-2, half a turn 0.1.
 const UNEVEN: f64 = 0.006;
 
-/// A sentence on sudden changes, where there are any.
-pub fn steep(robot: &Robot) -> Option<String> {
-    let places = sudden_changes(robot)?;
-    Some(format!(
-        "modes may not follow sudden changes and uneven turns ({places}): commands that solve integrate along the robot instead, unless an option or --margin \
-         keeps the modes; a [[tube.part]] on either side says the step as one"
-    ))
-}
-
-/// Where there are sudden changes that modes do not follow.
-pub fn sudden_changes(robot: &Robot) -> Option<String> {
-    let length = robot.length();
-    let tubes = robot.design().tubes.iter().enumerate();
+/// Where a robot of tubes of one length has sudden changes that modes do not follow, in words such as "notch depth of tube 1 at 30 mm"; `None` where it
+/// has none.
+#[must_use]
+pub fn sudden_changes(design: &RobotDesign) -> Option<String> {
+    let length = design.length;
+    let tubes = design.tubes.iter().enumerate();
     let places: Vec<String> = tubes
         .filter_map(|(index, tube)| {
             let (name, field, direction) = match tube {
@@ -34,8 +26,7 @@ pub fn sudden_changes(robot: &Robot) -> Option<String> {
             };
             let turn = uneven(direction, length).map(|x| ("opening", x));
             let (name, x) = turn.or_else(|| Some((name, sudden(field, length)?)))?;
-            let mm = millimetres((x * 1e4).round() * 1e-4);
-            Some(format!("{name} of tube {} at {mm} mm", index + 1))
+            Some(format!("{name} of tube {} at {} mm", index + 1, (x * 1e4).round() / 10.0))
         })
         .collect();
     (!places.is_empty()).then(|| places.join(", "))
