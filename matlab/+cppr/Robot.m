@@ -15,7 +15,11 @@ classdef Robot < handle
 %   numbered from 1 as in the robot file; a number alone belongs to tube 2, the first follower, and {2, a, 3, b} names tubes. What is not
 %   prescribed is held. In a robot of parts and joints tube 1 can be driven too.
 %
-%   Errors: cppr:robot (the file), cppr:command (what cannot be asked), cppr:noEquilibrium, cppr:argument. Warning: cppr:unit.
+%   Tubes with sudden changes along them, which modes do not follow, are integrated as parts and joints are: the warning cppr:integrated says so, and
+%   robot.withModes() gives the robot with modes.
+%
+%   Errors: cppr:robot (the file), cppr:command (what cannot be asked), cppr:noEquilibrium, cppr:argument. Warnings: cppr:unit, cppr:error,
+%   cppr:integrated.
 %
 %   Help on each: help cppr.Robot.solve and so on.
 
@@ -25,7 +29,8 @@ classdef Robot < handle
         tubes = 0;       % Number of tubes.
         actuated = [];   % Numbers of the tubes that have actuators.
         isPlanar = false; % True where all centroid lines at rest lie in the X-Y plane.
-        hasParts = false; % True for a robot of parts and joints.
+        hasParts = false; % True for a robot of parts and joints, and for one with sudden changes.
+        suddenChanges = ''; % Where sudden changes are for which it is integrated; empty for other robots.
     end
 
     properties (Access = private)
@@ -36,18 +41,29 @@ classdef Robot < handle
     end
 
     methods
-        function robot = Robot(source, isText)
-        %ROBOT  Reads a robot file.
+        function robot = Robot(source, kind)
+        %ROBOT  Reads a robot file. `kind`: 1 where `source` is its text, 2 where it is the number of an open robot.
             if nargin < 1
                 error('cppr:argument', 'give the path of a robot file, as in cppr.Robot(''robots/r3.toml'')');
             end
             if exist('cppr_mex', 'file') ~= 3
                 error('cppr:build', 'cppr_mex is not built or not on the path: run build_cppr in the folder matlab');
             end
-            fromFile = nargin < 2 || ~isText;
             robot.number = cppr_mex('numbers');
-            robot.id = cppr_mex('open', cppr.Robot.utf8(source), double(fromFile));
+            if nargin < 2
+                kind = 0;
+            end
+            if kind == 2
+                robot.id = source;
+            else
+                robot.id = cppr_mex('open', cppr.Robot.utf8(source), double(kind == 0));
+            end
             info = cppr_mex('info', robot.id);
+            robot.suddenChanges = cppr.Robot.text(info.sudden);
+            if ~isempty(robot.suddenChanges)
+                warning('cppr:integrated', 'modes do not follow sudden changes (%s): integrated along the robot; withModes() keeps the modes', ...
+                        robot.suddenChanges);
+            end
             robot.name = cppr.Robot.text(info.name);
             robot.length = info.length;
             robot.tubes = numel(info.actuated);
@@ -65,6 +81,11 @@ classdef Robot < handle
                 cppr_mex('close', robot.id);
                 robot.id = 0;
             end
+        end
+
+        function other = withModes(robot)
+        %WITHMODES  The robot of the same file with modes, which do not follow its sudden changes: faster, less exact, with all options.
+            other = cppr.Robot(cppr_mex('with_modes', robot.id), 2);
         end
 
         function eq = solve(robot, varargin)
@@ -86,6 +107,9 @@ classdef Robot < handle
         %   'error'       false leaves the error of the modes out, which takes milliseconds; default true, false where 'warm' is true
         %   'planar', 'stretch', 'printed', 'relative_angle'   true or false; default false
         %   'refine'      modes and nodes multiplied, 1 to 8; 'tolerance' of the residual, 1e-11
+        %   'accuracy'    error of the tip that is accepted, as a part of the length: where the modes exceed it, twice or four times as many are taken, and
+        %                 kept by solves with 'warm' that ask for the same. Default 1e-4; 0, which takes the modes as they are, where 'warm' is true, where
+        %                 'error' is false and where 'refine' or 'planar' choose the modes
         %
         %   eq has the fields
         %     status ('converged' or 'unstable'), stable
@@ -108,9 +132,13 @@ classdef Robot < handle
             if isempty(options.error)
                 options.error = ~options.warm;
             end
+            n = robot.number;
+            chosen = asked.options(:, 1);
+            if options.error && ~options.warm && ~any(ismember(chosen, [n.option_refine, n.option_planar, n.option_accuracy]))
+                asked.options(end + 1, :) = [n.option_accuracy, 1e-4];
+            end
             robot.command(asked);
             code = robot.run(options.warm);
-            n = robot.number;
             eq.robot = robot.name;
             eq.status = 'converged';
             if code == n.code_unstable
@@ -143,7 +171,7 @@ classdef Robot < handle
             if options.error
                 eq.error = get(n.value_error);
                 if eq.error(1) > 1e-4 * robot.length
-                    advice = '; try ''refine'', 2';
+                    advice = '; ''refine'' takes more modes, up to 8 times as many';
                     if robot.hasParts
                         advice = '';
                     end
@@ -201,7 +229,7 @@ classdef Robot < handle
         %   many = robot.solveMany('pull', {2, p, 3, q}, 'tip_force', F)
         %
         %   takes the command of solve; every number may be a column of P numbers instead, tip_force and tip_moment P x 3. A single
-        %   number, or 1 x 3, holds for all poses. Beside 'planar', 'refine' and so on:
+        %   number, or 1 x 3, holds for all poses. Beside 'planar', 'refine' and so on ('accuracy', 0 unless given, looks at eight of every 20 000 poses):
         %   'jacobian'    true: jacobian (6 x 2m x P) and compliance (6 x 6 x P)
         %   'margin'      true: margin (P x 1)
         %   'start'       'rest' (default: no pose depends on another) or 'neighbour' (faster where poses next to each other are near)
@@ -299,7 +327,7 @@ classdef Robot < handle
     methods (Static)
         function robot = fromText(text)
         %FROMTEXT  A robot from the text of a robot file.
-            robot = cppr.Robot(text, true);
+            robot = cppr.Robot(text, 1);
         end
     end
 
@@ -314,7 +342,7 @@ classdef Robot < handle
             asked.options = zeros(0, 2);
             options = struct();
             n = robot.number;
-            settings = {'planar', 'stretch', 'printed', 'relative_angle', 'refine', 'tolerance'};
+            settings = {'planar', 'stretch', 'printed', 'relative_angle', 'refine', 'tolerance', 'accuracy'};
             for k = 1:2:numel(pairs)
                 what = char(pairs{k});
                 value = pairs{k + 1};
@@ -384,7 +412,7 @@ classdef Robot < handle
             cppr_mex('hold', robot.id);
             n = robot.number;
             fresh = [n.option_planar 0; n.option_stretch 0; n.option_printed 0; n.option_relative_angle 0; n.option_refine 1; ...
-                     n.option_tolerance 1e-11];
+                     n.option_tolerance 1e-11; n.option_accuracy 0];
             for option = [fresh; asked.options]'
                 cppr_mex('option', robot.id, option(1), option(2));
             end

@@ -3,6 +3,7 @@
  *
  *   numbers                = cppr_mex('numbers')                       struct of all enumerators
  *   id                     = cppr_mex('open', text, from_file)         a robot and its solver
+ *   id                     = cppr_mex('with_modes', id)                the same with modes, where sudden changes made it one of parts
  *                            cppr_mex('close', id)
  *   info                   = cppr_mex('info', id)
  *                            cppr_mex('option', id, option, value)
@@ -151,6 +152,7 @@ static mxArray *all_numbers(void) {
         {"option_tolerance", CPPR_OPTION_TOLERANCE},
         {"option_printed", CPPR_OPTION_PRINTED},
         {"option_relative_angle", CPPR_OPTION_RELATIVE_ANGLE},
+        {"option_accuracy", CPPR_OPTION_ACCURACY},
         {"code_unstable", CPPR_CODE_UNSTABLE},
         {"code_no_equilibrium", CPPR_CODE_NO_EQUILIBRIUM},
         {"start_rest", CPPR_START_REST},
@@ -166,27 +168,37 @@ static mxArray *all_numbers(void) {
     return all;
 }
 
-static mxArray *open_robot(int count, const mxArray **in) {
+/* Keeps a robot with a solver of its own; null says why there is none. */
+static mxArray *keep(cppr_robot *robot) {
     int place = 0;
-    size_t size;
-    char *text;
+    if (!robot) {
+        checked(CPPR_CODE_BAD_ROBOT);
+    }
     while (place < MOST && kept[place].robot) {
         ++place;
     }
-    require(place < MOST, "too many robots are open: clear some");
+    if (place == MOST) {
+        cppr_robot_free(robot);
+        require(0, "too many robots are open: clear some");
+    }
+    kept[place].robot = robot;
+    kept[place].solver = cppr_solver_new(robot);
+    return mxCreateDoubleScalar(place + 1);
+}
+
+static mxArray *open_robot(int count, const mxArray **in) {
+    cppr_robot *robot;
+    size_t size;
+    char *text;
     require(count > 2 && mxIsUint8(in[1]), "cppr_mex: a text in UTF-8 is wanted");
     size = mxGetNumberOfElements(in[1]);
     text = mxMalloc(size + 1);
     memcpy(text, mxGetData(in[1]), size);
     text[size] = '\0';
     require(strlen(text) == size, "the text contains a zero");
-    kept[place].robot = number(count, in, 2) != 0.0 ? cppr_robot_from_file(text) : cppr_robot_from_text(text);
+    robot = number(count, in, 2) != 0.0 ? cppr_robot_from_file(text) : cppr_robot_from_text(text);
     mxFree(text);
-    if (!kept[place].robot) {
-        checked(CPPR_CODE_BAD_ROBOT);
-    }
-    kept[place].solver = cppr_solver_new(kept[place].robot);
-    return mxCreateDoubleScalar(place + 1);
+    return keep(robot);
 }
 
 static int place_of(int count, const mxArray **in) {
@@ -204,6 +216,8 @@ static mxArray *info(const cppr_robot *robot) {
     }
     mxAddField(all, "name");
     mxSetField(all, 0, "name", utf8(cppr_robot_name(robot)));
+    mxAddField(all, "sudden");
+    mxSetField(all, 0, "sudden", utf8(cppr_robot_sudden_changes(robot)));
     name_number(all, "length", cppr_robot_length(robot));
     name_number(all, "planar", cppr_robot_is_planar(robot));
     name_number(all, "parts", cppr_robot_has_parts(robot));
@@ -278,6 +292,8 @@ void mexFunction(int count_out, mxArray **out, int count, const mxArray **in) {
         give_back(place);
     } else if (strcmp(task, "info") == 0) {
         out[0] = info(kept[place].robot);
+    } else if (strcmp(task, "with_modes") == 0) {
+        out[0] = keep(cppr_robot_with_modes(kept[place].robot));
     } else if (strcmp(task, "option") == 0) {
         checked(cppr_solver_set_option(solver, whole(count, in, 2), number(count, in, 3)));
     } else if (strcmp(task, "hold") == 0) {

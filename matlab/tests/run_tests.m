@@ -151,6 +151,41 @@ near(many.tip_position(20, :)', result.tip_position_m, 1e-9, 'the last of many')
 refuses(@() parts.solve('refine', 2), 'cppr:argument', 'only the stretch');
 refuses(@() parts.solve('pull', 1), 'cppr:command', 'behind the plate');
 
+% Sudden changes are integrated, said, and left to modes where that is asked; the right tip is that of the program's tests.
+tube = @(outer, inner, depth, opening) sprintf(['[[tube]]\nouter_radius_mm = %g\ninner_radius_mm = %g\n[tube.notches]\nlength_mm = 0.5\n' ...
+    'tooth_mm = 0.3\nopening_deg = %g\ndepth_mm = { x_mm = [0, 30, 30.01, 110, 110.01, 115], depth_mm = [0, 0, %g, %g, 0, 0] }\n'], ...
+    outer, inner, opening, depth, depth);
+text = [sprintf('name = "steps"\nlength_mm = 115\n[material]\nyoungs_modulus_GPa = 60\npoissons_ratio = 0.3\ndensity_kg_m3 = 6450\n'), tube(1, 0.9, 1.6, 180), tube(0.8, 0.7, 1.3, 0)];
+lastwarn('', '');
+steps = cppr.Robot.fromText(text);
+[said, identifier] = lastwarn();
+expect(strcmp(identifier, 'cppr:integrated') && ~isempty(strfind(said, 'notch depth of tube 1 at 30 mm')), 'sudden changes are said');
+expect(steps.hasParts && ~isempty(strfind(steps.suddenChanges, 'tube 2')) && isempty(r1.suddenChanges), 'sudden changes');
+eq = steps.solve('pull', 2e-3);
+near(eq.tip_position, [88.599e-3 -50.173e-3 0]', 2e-5, 'tip of a robot with sudden changes');
+near(eq.tension(2), 1.8538, 1e-3, 'force of a robot with sudden changes');
+modes = steps.withModes();
+expect(~modes.hasParts && isempty(modes.suddenChanges), 'a robot with modes');
+lastwarn('', '');
+eq = modes.solve('pull', 2e-3);
+[said, identifier] = lastwarn();
+expect(strcmp(identifier, 'cppr:error') && eq.error(1) > 1e-4 * 0.115, 'what the modes leave out is said');
+refuses(@() parts.withModes(), 'cppr:robot', 'has no modes');
+
+% As many modes as the accuracy needs, from rest; a loop takes them where it asks for them.
+deeper = regexprep(fileread(fullfile(robots, 'r1.toml')), 'depth_mm = 5.0', 'depth_mm = [5, 5, 5, 5, 5, 5, 5, 5.3, 5, 5, 5, 5, 5, 5, 5]', 'once');
+deeper = cppr.Robot.fromText(deeper);
+eq = deeper.solve('pull', 5e-3);
+usual = deeper.solve('pull', 5e-3, 'accuracy', 0);
+expect(eq.error(1) < 0.5 * usual.error(1) && usual.error(1) > 1e-4 * 0.15, 'as many modes as the accuracy needs');
+kept = deeper.solve('pull', 5e-3, 'refine', 1);
+near(kept.tip_position, usual.tip_position, 1e-9, 'modes that are chosen stay');
+deeper.solve('pull', 5e-3);
+near(getfield(deeper.solve('pull', 5e-3, 'warm', true, 'accuracy', 1e-4), 'tip_position'), eq.tip_position, 1e-9, 'a loop that asks for the accuracy');
+near(getfield(deeper.solve('pull', 5e-3, 'warm', true), 'tip_position'), usual.tip_position, 1e-9, 'a loop that does not');
+many = deeper.solveMany('pull', [4e-3; 5e-3], 'accuracy', 1e-4);
+near(many.tip_position(2, :)', eq.tip_position, 1e-9, 'many with as many modes as they need');
+
 % A figure of each kind.
 figure('visible', 'off');
 handles = r1.plot(free);

@@ -194,7 +194,7 @@ typedef uint32_t cppr_field;
 #endif // __cplusplus
 
 // How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has the flag CPPR_OPTION_STRETCH alone, and takes the defaults of the
-// others: nothing there has modes.
+// others, and any accuracy: nothing there has modes.
 enum cppr_option
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -216,6 +216,10 @@ enum cppr_option
   CPPR_OPTION_PRINTED = 7,
   // Flag: rotations are relative angles of the tubes at the plate, as in the paper, not those of the motors. Default 0.
   CPPR_OPTION_RELATIVE_ANGLE = 8,
+  // Error of the tip that is accepted, as a part of the length, from 0 to 1. Where the modes exceed it, cppr_solver_solve() takes twice or four times as many,
+  // which takes up to some tens of milliseconds, and cppr_solver_track() goes on with as many; cppr_solve_many() looks at eight poses and takes as many for all. What
+  // is left says CPPR_VALUE_ERROR. Default 0: the modes stay as they are.
+  CPPR_OPTION_ACCURACY = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -252,7 +256,8 @@ enum cppr_start
  {
   // At rest: no pose depends on another.
   CPPR_START_REST = 0,
-  // At the pose before it, which should be near: several times as fast.
+  // At the pose before it, where that is less than 0.35 rad of bending or turning away and the tip does not jump, else at rest: several times as fast. A
+  // robot of parts and joints begins at any pose before it that is stable, so that these should be near.
   CPPR_START_NEIGHBOUR = 1,
 };
 #ifndef __cplusplus
@@ -286,10 +291,21 @@ const char *cppr_version(void);
 
 // Reads a robot file of either kind: tubes of one length joined at the tip, or parts and joints. Null where it cannot be read or describes no
 // robot; cppr_error_text() then lists every problem with its line. Free it with cppr_robot_free().
+//
+// Tubes of one length with sudden changes along them, which modes do not follow, become a robot of parts and joints, which is integrated:
+// cppr_robot_sudden_changes() tells, and cppr_robot_with_modes() gives the other one.
 cppr_robot *cppr_robot_from_file(const char *path);
 
 // The same from the text of a robot file.
 cppr_robot *cppr_robot_from_text(const char *text);
+
+// Where tubes of one length have sudden changes for which they became a robot of parts and joints, in words such as "notch depth of tube 1 at 30 mm",
+// valid as long as the robot; null for any other robot and for a null pointer.
+const char *cppr_robot_sudden_changes(const cppr_robot *robot);
+
+// The robot of the same file with modes, which do not follow its sudden changes: faster, less exact, with all options. A robot that has modes already is given once
+// more. Null where the file says parts or joints itself. Free it with cppr_robot_free().
+cppr_robot *cppr_robot_with_modes(const cppr_robot *robot);
 
 // Frees a robot; nothing for a null pointer. Its solvers stay valid.
 void cppr_robot_free(cppr_robot *robot);
@@ -303,8 +319,8 @@ double cppr_robot_length(const cppr_robot *robot);
 // Number of tubes, which are numbered from 1 as in the robot file; 0 for a null pointer.
 size_t cppr_robot_tubes(const cppr_robot *robot);
 
-// Is it of parts and joints? Then every tube has an actuator, tube 1 too, and what depends on modes is not there: see cppr_value, cppr_field
-// and cppr_option. False for a null pointer.
+// Is it of parts and joints, by its file or for sudden changes? Then every tube has an actuator, tube 1 too, and what depends on modes is not there:
+// see cppr_value, cppr_field and cppr_option. False for a null pointer.
 bool cppr_robot_has_parts(const cppr_robot *robot);
 
 // Has a tube an actuator? Without one it is clamped in the baseplate. False for a null pointer and for a tube that does not exist.

@@ -83,6 +83,13 @@ public:
     bool is_planar() const { return cppr_robot_is_planar(get()); }
     /// Is it of parts and joints? Then tube 1 has an actuator too, and margin, energy and options of the modes are not there.
     bool has_parts() const { return cppr_robot_has_parts(get()); }
+    /// Where sudden changes are for which tubes of one length became one of parts and joints; empty for other robots.
+    std::string sudden_changes() const {
+        const char *places = cppr_robot_sudden_changes(get());
+        return places ? places : "";
+    }
+    /// The same with modes, which do not follow sudden changes.
+    Robot with_modes() const { return Robot(cppr_robot_with_modes(get())); }
     const cppr_robot *get() const noexcept { return own_.get(); }
 
 private:

@@ -38,6 +38,8 @@ pub(crate) struct Asked {
     planar: bool,
     stretch: bool,
     refine: usize,
+    /// Error of the tip that is accepted, as a part of the length; 0 takes any.
+    pub accuracy: f64,
 }
 
 impl Asked {
@@ -51,6 +53,7 @@ impl Asked {
             planar: false,
             stretch: false,
             refine: 1,
+            accuracy: 0.0,
         }
     }
 
@@ -99,6 +102,9 @@ impl Asked {
             cppr_option::Tolerance => into(&mut own.tolerance, Some(value)),
             cppr_option::Iterations => into(&mut own.iterations, count(1e5)),
             cppr_option::SmallestStep => into(&mut own.smallest_step, Some(value)),
+            cppr_option::Accuracy => {
+                into(&mut self.accuracy, Some(value).filter(|part| (0.0..=1.0).contains(part)))
+            }
             cppr_option::Printed => {
                 let kinds = [Formulation::Consistent, Formulation::Printed];
                 into(&mut own.formulation, flag().map(|on| kinds[usize::from(on)]))

@@ -6,7 +6,7 @@ use crate::status::cppr_code;
 use crate::values::Reader;
 use cppr::analysis::{Sensitivity, absurd_demand, explained};
 use cppr::design::Robot;
-use cppr::solve::{Command, CommandProblem, Equilibrium, Solver, Status};
+use cppr::solve::{Command, CommandProblem, Equilibrium, Settings, Solver, Status};
 
 /// Solver and equilibria.
 #[derive(Clone)]
@@ -19,6 +19,8 @@ pub(crate) struct Modal {
     result: Equilibrium,
     sensitivity: Sensitivity,
     derived: Option<bool>,
+    /// Settings that were asked for, and those with as many modes as the accuracy needed then.
+    taken: Option<[Settings; 2]>,
 }
 
 impl Modal {
@@ -26,7 +28,7 @@ impl Modal {
         let mut solver = Solver::new(robot);
         let rest = solver.rest();
         let (found, result) = (rest.clone(), rest.clone());
-        Self { solver, rest, found, result, sensitivity: Sensitivity::default(), derived: None }
+        Self { solver, rest, found, result, sensitivity: Sensitivity::default(), derived: None, taken: None }
     }
 
     /// Takes over new settings, or says why they cannot be.
@@ -39,15 +41,26 @@ impl Modal {
     }
 
     /// Solves from rest, or from the last equilibrium found.
-    pub fn solve(&mut self, command: &Command, warm: bool) -> Result<cppr_code, CommandProblem> {
-        let Self { solver, rest, found, result, derived, .. } = self;
+    pub fn solve(&mut self, asked: &Asked, warm: bool) -> Result<cppr_code, CommandProblem> {
+        let Self { solver, rest, found, result, derived, taken, .. } = self;
         *derived = None;
+        let adapts = asked.accuracy > 0.0;
+        let settings = match *taken {
+            Some([usual, finer]) if adapts && warm && usual == asked.settings => finer,
+            _ => asked.settings,
+        };
+        take(solver, settings);
         match (warm, result.status().is_equilibrium()) {
             (true, true) => {}
             (true, false) => result.copy(found),
             (false, _) => result.copy(rest),
         }
-        solver.solve_into(command, result)?;
+        solver.solve_into(&asked.command, result)?;
+        if adapts && !warm {
+            *result = solver.resolve(result.clone(), asked.accuracy)?.0;
+            *taken = Some([asked.settings, *result.settings()]);
+            take(solver, *result.settings());
+        }
         if result.status().is_equilibrium() {
             found.copy(result);
         }
@@ -56,6 +69,17 @@ impl Modal {
             Status::Unstable => cppr_code::Unstable,
             Status::NotConverged(_) => cppr_code::NoEquilibrium,
         })
+    }
+
+    /// A solver for many poses, with as many modes as the accuracy needs in some of them.
+    pub fn for_many(&self, asked: &Asked, some: &[Command]) -> Solver {
+        let mut solver = self.solver.clone();
+        take(&mut solver, asked.settings);
+        if asked.accuracy > 0.0 {
+            let settings = solver.settings_for(some, asked.accuracy).settings;
+            take(&mut solver, settings);
+        }
+        solver
     }
 
     /// Writes a value of the last solve; false where there is none.
@@ -100,5 +124,12 @@ impl Modal {
 
     pub fn doubt(&self, command: &Command) -> Option<String> {
         absurd_demand(self.result.robot(), command).map(|demand| demand.to_string())
+    }
+}
+
+/// Brings a solver to settings that it has had before, and so does not refuse.
+fn take(solver: &mut Solver, settings: Settings) {
+    if *solver.settings() != settings {
+        let _ = solver.set_settings(settings);
     }
 }

@@ -4,7 +4,7 @@ use crate::asked::Misplaced;
 use cppr::bundle::solve::BundleSolver;
 use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::{DesignProblems, Robot};
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_sweep::Memory;
 use std::sync::Arc;
 
@@ -28,20 +28,7 @@ pub(crate) struct Parts {
 }
 
 impl Model {
-    pub fn from_file(path: &str) -> Result<Self, String> {
-        let read = bundle_file::read(path).map_err(|problems| problems.to_string())?;
-        Self::new(read).map_err(|problems| {
-            let each: Vec<String> = problems.0.iter().map(|problem| format!("{path}: {problem}")).collect();
-            each.join("\n")
-        })
-    }
-
-    pub fn from_text(text: &str) -> Result<Self, String> {
-        let read = bundle_file::parse_either(text).map_err(|problems| problems.to_string())?;
-        Self::new(read).map_err(|problems| problems.to_string())
-    }
-
-    fn new(described: Described) -> Result<Self, DesignProblems> {
+    pub fn new(described: Described) -> Result<Self, DesignProblems> {
         Ok(match described {
             Described::Robot(file) => {
                 Self::Modal { robot: Robot::from_design(file.design)?, memory: Memory::new() }

@@ -156,7 +156,7 @@ pub enum cppr_field {
 numbered!(cppr_field, "field": Centre, Rotation, Curvature, Abscissa, Centroid, Moment, Force, EnergyDensity);
 
 /// How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has the flag CPPR_OPTION_STRETCH alone, and takes the defaults of the
-/// others: nothing there has modes.
+/// others, and any accuracy: nothing there has modes.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -177,9 +177,13 @@ pub enum cppr_option {
     Printed = 7,
     /// Flag: rotations are relative angles of the tubes at the plate, as in the paper, not those of the motors. Default 0.
     RelativeAngle = 8,
+    /// Error of the tip that is accepted, as a part of the length, from 0 to 1. Where the modes exceed it, cppr_solver_solve() takes twice or four times as many,
+    /// which takes up to some tens of milliseconds, and cppr_solver_track() goes on with as many; cppr_solve_many() looks at eight poses and takes as many for all. What
+    /// is left says CPPR_VALUE_ERROR. Default 0: the modes stay as they are.
+    Accuracy = 9,
 }
 
-numbered!(cppr_option, "option": Planar, Stretch, Refine, Tolerance, Iterations, SmallestStep, Printed, RelativeAngle);
+numbered!(cppr_option, "option": Planar, Stretch, Refine, Tolerance, Iterations, SmallestStep, Printed, RelativeAngle, Accuracy);
 
 /// In which frame the components of a load stay constant.
 #[repr(u32)]
@@ -201,7 +205,8 @@ numbered!(cppr_frame, "frame": Base, Section);
 pub enum cppr_start {
     /// At rest: no pose depends on another.
     Rest = 0,
-    /// At the pose before it, which should be near: several times as fast.
+    /// At the pose before it, where that is less than 0.35 rad of bending or turning away and the tip does not jump, else at rest: several times as fast. A
+    /// robot of parts and joints begins at any pose before it that is stable, so that these should be near.
     Neighbour = 1,
 }
 

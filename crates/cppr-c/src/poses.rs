@@ -12,6 +12,9 @@ use cppr::solve::Command;
 use cppr_sweep::{Memory, Poses};
 use std::ops::ControlFlow;
 
+/// Poses whose error is looked at, to take as many modes as they need.
+const LOOKED_AT: usize = 8;
+
 /// What varies from pose to pose.
 pub(crate) struct Varied<'a> {
     /// Input and place of each column.
@@ -41,6 +44,19 @@ impl<'a> Varied<'a> {
         asked.command
     }
 
+    /// Some of so many poses, spread from the first to the last.
+    fn some(&self, base: &Command, poses: usize) -> Vec<Command> {
+        let last = poses.saturating_sub(1);
+        let mut places: Vec<usize> = (0..LOOKED_AT).map(|i| last * i / (LOOKED_AT - 1)).collect();
+        places.dedup();
+        let command = |pose| {
+            let mut command = base.clone();
+            self.put(pose, &mut command);
+            command
+        };
+        places.into_iter().map(command).collect()
+    }
+
     pub fn put(&self, pose: usize, command: &mut Command) {
         let width = self.columns.len();
         let row = self.values.iter().skip(pose * width);
@@ -64,14 +80,11 @@ pub(crate) fn solve_many(
     let mut rows: Vec<&mut [f64]> = out.chunks_exact_mut(width.max(1)).collect();
     let base = varied.common(asked);
     match (model, work) {
-        (Model::Modal { memory, .. }, Work::Modal(own)) => solve_modal(
-            model,
-            memory,
-            &Poses { solver: &own.solver, base: &base, start },
-            varied,
-            wanted,
-            &mut rows,
-        ),
+        (Model::Modal { memory, .. }, Work::Modal(own)) => {
+            let solver = own.for_many(asked, &varied.some(&base, rows.len()));
+            let poses = Poses { solver: &solver, base: &base, start };
+            solve_modal(model, memory, &poses, varied, wanted, &mut rows)
+        }
         (_, Work::Bundle(own)) => {
             bundle_poses::solve_many(model, own, &base, start, varied, wanted, &mut rows)
         }

@@ -3,7 +3,10 @@
 use crate::model::Model;
 use crate::pointer;
 use crate::status::{cppr_code, guard_or, say};
+use cppr_io::bundle_file::{self, Described};
+use cppr_io::{Problems, RobotFile};
 use std::ffi::{CString, c_char};
+use std::fmt::Display;
 use std::sync::Arc;
 
 /// A checked robot. Immutable: any number of threads may use it at the same time.
@@ -11,16 +14,37 @@ use std::sync::Arc;
 pub struct cppr_robot {
     pub(crate) model: Arc<Model>,
     name: CString,
+    /// Places of sudden changes for which it is integrated, and the robot as its file has it.
+    sudden: Option<(CString, RobotFile)>,
 }
 
-fn boxed(read: Result<Model, String>) -> Result<*mut cppr_robot, cppr_code> {
-    let model = read.map_err(|problems| say(cppr_code::BadRobot, format_args!("{problems}")))?;
+/// What a file says, checked; `place` begins what is wrong with it as a whole.
+fn opened(read: Result<Described, Problems>, place: &str) -> Result<*mut cppr_robot, cppr_code> {
+    let refuse = |problems: &dyn Display| say(cppr_code::BadRobot, format_args!("{problems}"));
+    let described = read.map_err(|problems| refuse(&problems))?;
+    let written = described.clone();
+    let (described, sudden) = described.integrated();
+    let model = Model::new(described).map_err(|problems| {
+        let each: Vec<String> = problems.0.iter().map(|problem| format!("{place}{problem}")).collect();
+        refuse(&each.join("\n"))
+    })?;
+    let sudden = match (sudden, written) {
+        (Some(places), Described::Robot(file)) => Some((CString::new(places).unwrap_or_default(), file)),
+        _ => None,
+    };
+    Ok(boxed(Arc::new(model), sudden))
+}
+
+fn boxed(model: Arc<Model>, sudden: Option<(CString, RobotFile)>) -> *mut cppr_robot {
     let name = CString::new(model.name()).unwrap_or_default();
-    Ok(Box::into_raw(Box::new(cppr_robot { model: Arc::new(model), name })))
+    Box::into_raw(Box::new(cppr_robot { model, name, sudden }))
 }
 
 /// Reads a robot file of either kind: tubes of one length joined at the tip, or parts and joints. Null where it cannot be read or describes no
 /// robot; cppr_error_text() then lists every problem with its line. Free it with cppr_robot_free().
+///
+/// Tubes of one length with sudden changes along them, which modes do not follow, become a robot of parts and joints, which is integrated:
+/// cppr_robot_sudden_changes() tells, and cppr_robot_with_modes() gives the other one.
 ///
 /// # Safety
 /// `path` points to a text that ends with 0.
@@ -29,7 +53,7 @@ pub unsafe extern "C" fn cppr_robot_from_file(path: *const c_char) -> *mut cppr_
     guard_or(std::ptr::null_mut(), || {
         // SAFETY: the caller's promise.
         let path = unsafe { pointer::text(path, "path") }?;
-        boxed(Model::from_file(path))
+        opened(bundle_file::read(path), &format!("{path}: "))
     })
 }
 
@@ -42,7 +66,47 @@ pub unsafe extern "C" fn cppr_robot_from_text(text: *const c_char) -> *mut cppr_
     guard_or(std::ptr::null_mut(), || {
         // SAFETY: the caller's promise.
         let text = unsafe { pointer::text(text, "text") }?;
-        boxed(Model::from_text(text))
+        opened(bundle_file::parse_either(text), "")
+    })
+}
+
+/// Where tubes of one length have sudden changes for which they became a robot of parts and joints, in words such as "notch depth of tube 1 at 30 mm",
+/// valid as long as the robot; null for any other robot and for a null pointer.
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_sudden_changes(robot: *const cppr_robot) -> *const c_char {
+    guard_or(std::ptr::null(), || {
+        // SAFETY: the caller's promise.
+        let own = unsafe { pointer::object(robot, "robot") }?;
+        Ok(own.sudden.as_ref().map_or(std::ptr::null(), |(places, _)| places.as_ptr()))
+    })
+}
+
+/// The robot of the same file with modes, which do not follow its sudden changes: faster, less exact, with all options. A robot that has modes already is given once
+/// more. Null where the file says parts or joints itself. Free it with cppr_robot_free().
+///
+/// # Safety
+/// `robot` is null or a living robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cppr_robot_with_modes(robot: *const cppr_robot) -> *mut cppr_robot {
+    guard_or(std::ptr::null_mut(), || {
+        // SAFETY: the caller's promise.
+        let own = unsafe { pointer::object(robot, "robot") }?;
+        match &own.sudden {
+            Some((_, file)) => {
+                let model = Model::new(Described::Robot(file.clone()));
+                let model = model.map_err(|problems| say(cppr_code::BadRobot, format_args!("{problems}")))?;
+                Ok(boxed(Arc::new(model), None))
+            }
+            None if own.model.has_parts() => {
+                let text =
+                    "a robot whose file has parts, joints, curved tubes or metal that softens has no modes";
+                Err(say(cppr_code::BadRobot, format_args!("{text}")))
+            }
+            None => Ok(boxed(Arc::clone(&own.model), None)),
+        }
     })
 }
 
@@ -91,8 +155,8 @@ pub unsafe extern "C" fn cppr_robot_tubes(robot: *const cppr_robot) -> usize {
     guard_or(0, || Ok(unsafe { pointer::object(robot, "robot") }?.model.tubes()))
 }
 
-/// Is it of parts and joints? Then every tube has an actuator, tube 1 too, and what depends on modes is not there: see cppr_value, cppr_field
-/// and cppr_option. False for a null pointer.
+/// Is it of parts and joints, by its file or for sudden changes? Then every tube has an actuator, tube 1 too, and what depends on modes is not there:
+/// see cppr_value, cppr_field and cppr_option. False for a null pointer.
 ///
 /// # Safety
 /// `robot` is null or a living robot.

@@ -93,7 +93,7 @@ impl Session {
     pub fn solve(&mut self, warm: bool) -> Result<cppr_code, Refused> {
         self.solved = false;
         let code = match &mut self.work {
-            Work::Modal(own) => own.solve(&self.asked.command, warm).map_err(Refused::Modal)?,
+            Work::Modal(own) => own.solve(&self.asked, warm).map_err(Refused::Modal)?,
             Work::Bundle(own) => own.solve(&self.asked, warm)?,
         };
         self.solved = true;

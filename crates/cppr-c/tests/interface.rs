@@ -516,6 +516,103 @@ fn options_change_how_it_is_solved() {
     }
 }
 
+/// A table with steps is integrated, and what says so is that of the program; the right tip is that of its tests.
+#[test]
+fn sudden_changes_are_integrated_and_modes_can_be_kept() {
+    let steps = c"../cppr-cli/tests/data/steps_in_a_table.toml";
+    let held = Held::open(steps);
+    held.set(cppr_input::Pull, 2, 2e-3);
+    assert_eq!(held.solve(), OK);
+    let off = |tip: &[f64]| (tip[0] - 88.599e-3).hypot(tip[1] + 50.173e-3);
+    assert!(off(&held.get(cppr_value::TipPosition)) < 1e-5);
+    assert!((held.get(cppr_value::Tension)[1] - 1.8538).abs() < 1e-3);
+    // SAFETY: robots live and are freed once, solvers too.
+    unsafe {
+        let places = text(cppr_robot_sudden_changes(held.robot));
+        assert_eq!(places, "notch depth of tube 1 at 30 mm, notch depth of tube 2 at 30 mm");
+        assert!(cppr_robot_has_parts(held.robot));
+        let robot = cppr_robot_with_modes(held.robot);
+        assert!(!cppr_robot_has_parts(robot) && cppr_robot_sudden_changes(robot).is_null());
+        let modes = Held { robot, solver: cppr_solver_new(robot) };
+        modes.set(cppr_input::Pull, 2, 2e-3);
+        assert_eq!(modes.solve(), OK);
+        let (tip, error) = (modes.get(cppr_value::TipPosition), modes.get(cppr_value::Error)[0]);
+        assert!(off(&tip) > 1e-3 && (error - off(&tip)).abs() < 1e-4, "{error}");
+
+        let again = cppr_robot_with_modes(robot);
+        assert_eq!(text(cppr_robot_name(again)), "MyNiTi");
+        cppr_robot_free(again);
+        let parts = Held::open(c"../../robots/bundles/two_sections.toml");
+        assert!(cppr_robot_sudden_changes(parts.robot).is_null());
+        assert!(cppr_robot_with_modes(parts.robot).is_null());
+        assert!(text(cppr_error_text()).contains("has no modes"));
+        assert!(cppr_robot_sudden_changes(null()).is_null() && cppr_robot_with_modes(null()).is_null());
+    }
+}
+
+/// One notch that is deeper than the others needs more modes than usual: they are taken where an accuracy is asked for, from rest, and kept by
+/// warm starts.
+#[test]
+fn as_many_modes_are_taken_as_the_accuracy_needs() {
+    let r1 = std::fs::read_to_string("../../robots/r1.toml").unwrap();
+    let deeper = "depth_mm = [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.3, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]";
+    let file = std::ffi::CString::new(r1.replacen("depth_mm = 5.0", deeper, 1)).unwrap();
+    // SAFETY: the text ends with 0, the robot lives.
+    let held = unsafe {
+        let robot = cppr_robot_from_text(file.as_ptr());
+        assert!(!robot.is_null() && !cppr_robot_has_parts(robot));
+        Held { robot, solver: cppr_solver_new(robot) }
+    };
+    let accept = |accuracy: f64| {
+        // SAFETY: the solver lives.
+        let code = unsafe { cppr_solver_set_option(held.solver, cppr_option::Accuracy as u32, accuracy) };
+        assert_eq!(code, OK);
+    };
+    // SAFETY: the solver lives.
+    let track = || assert_eq!(unsafe { cppr_solver_track(held.solver) }, OK);
+    let error = || held.get(cppr_value::Error)[0];
+    let tip = || held.get(cppr_value::TipPosition);
+    held.set(cppr_input::Pull, 2, 5e-3);
+    assert_eq!(held.solve(), OK);
+    let (usual, usual_tip) = (error(), tip());
+    assert!(usual > 1e-4 * 0.15, "{usual}");
+
+    accept(1e-4);
+    assert_eq!(held.solve(), OK);
+    let (finer, finer_tip) = (error(), tip());
+    assert!(finer < 0.5 * usual, "{finer} {usual}");
+    track();
+    assert!((error() - finer).abs() < 1e-9);
+    let many = |start: cppr_start| {
+        let (pulls, mut out) = ([4e-3, 5e-3], [0.0; 6]);
+        // SAFETY: the solver lives, the arrays have the sizes given.
+        let code = unsafe {
+            let (inputs, values) = (&[cppr_input::Pull as u32], &[cppr_value::TipPosition as u32]);
+            let (inputs, values) = (inputs.as_ptr(), values.as_ptr());
+            let (start, tubes) = (start as u32, [2].as_ptr());
+            let out = out.as_mut_ptr();
+            cppr_solve_many(held.solver, start, 2, 1, inputs, tubes, pulls.as_ptr(), 1, values, out, 6, 1)
+        };
+        assert_eq!(code, OK);
+        out[3..].to_vec()
+    };
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+    assert!(near(&many(cppr_start::Rest), &finer_tip));
+
+    accept(0.0);
+    assert!(near(&many(cppr_start::Rest), &usual_tip));
+    track();
+    assert!((error() - usual).abs() < 1e-9, "{}", error());
+    for wrong in [-1e-4, 2.0, f64::NAN] {
+        // SAFETY: the solver lives.
+        let code = unsafe { cppr_solver_set_option(held.solver, cppr_option::Accuracy as u32, wrong) };
+        assert_eq!(code, cppr_code::BadArgument as i32, "{wrong}");
+    }
+    let parts = Held::open(c"../../robots/bundles/two_sections.toml");
+    // SAFETY: the solver lives.
+    assert_eq!(unsafe { cppr_solver_set_option(parts.solver, cppr_option::Accuracy as u32, 1e-4) }, OK);
+}
+
 /// Null pointers, wrong sizes, unknown numbers, wrong tubes, broken files: a code and a sentence each.
 #[test]
 fn what_is_wrong_is_said() {

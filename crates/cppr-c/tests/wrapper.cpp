@@ -30,6 +30,7 @@ static void test(const std::string &robots) {
     const cppr::Robot robot = cppr::Robot::from_file(robots + "/childs3.toml");
     expect(robot.name() == "Childs3" && robot.tubes() == 3 && robot.length() == 0.03, "the robot");
     expect(!robot.is_actuated(1) && robot.is_actuated(3) && !robot.is_actuated(4) && !robot.is_planar(), "its tubes");
+    expect(robot.sudden_changes().empty() && robot.with_modes().name() == "Childs3", "a robot with modes has them already");
     cppr::Solver solver(robot);
     solver.pull(2, 1e-3);
     solver.pull(3, -0.5e-3);
@@ -168,6 +169,7 @@ static void test_parts(const std::string &robots) {
     expect(same, "the numbers do not depend on the threads");
 
     refuses([&] { (void)solver.number(CPPR_VALUE_MARGIN); }, CPPR_CODE_NO_VALUE, "parts and joints do not have it");
+    refuses([&] { (void)robot.with_modes(); }, CPPR_CODE_BAD_ROBOT, "has no modes");
     refuses([&] { solver.option(CPPR_OPTION_REFINE, 2.0); }, CPPR_CODE_BAD_ARGUMENT, "only the stretch");
     solver.pull(2, 5.0);
     refuses([&] { (void)solver.solve(); }, CPPR_CODE_BAD_COMMAND, "behind the plate");

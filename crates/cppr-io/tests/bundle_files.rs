@@ -206,3 +206,23 @@ fn what_is_wrong_is_said() {
         &["a stiffness is given too"],
     );
 }
+
+/// A step makes a bundle of tubes of one length, of a tube alone too; a depth that changes slowly leaves them as they are.
+#[test]
+fn sudden_changes_are_told_apart() {
+    let r1 = std::fs::read_to_string(robots().join("r1.toml")).unwrap();
+    let (leader, _) = r1.split_once("[[tube]] # the follower").unwrap();
+    let step = "depth_mm = { x_mm = [0, 60, 60.1, 150], depth_mm = [3, 3, 5, 5] }";
+    for (text, tubes) in [(r1.as_str(), 2), (leader, 1)] {
+        let read = |depth: &str| {
+            bundle_file::parse_either(&text.replacen("depth_mm = 5.0", depth, 1)).unwrap().integrated()
+        };
+        let (Described::Bundle(design), Some(places)) = read(step) else { panic!("{tubes} tubes") };
+        assert!(places.starts_with("notch depth of tube 1 at 60.") && !places.contains("tube 2"), "{places}");
+        assert_eq!((design.tubes.len(), design.joints.len()), (tubes, tubes - 1));
+        Bundle::new(&design).unwrap();
+        assert!(matches!(read("depth_mm = [5.0, 4.0]"), (Described::Robot(_), None)));
+    }
+    let parts = bundle_file::parse_either(&shipped("uncut_ends.toml")).unwrap();
+    assert!(matches!(parts.integrated(), (Described::Bundle(_), None)));
+}
