@@ -7,11 +7,12 @@ use crate::design::Reader;
 use crate::robot::Robot;
 use crate::watch::stoppable;
 use crate::{clearance, errors, rubbing, stored};
-use cppr::analysis::{Asked, BundleAnalysis, Demand, Sensitivity, absurd_bundle_demand};
+use cppr::analysis::{Asked, BundleAnalysis, Demand, Integrated, Sensitivity, absurd_bundle_demand};
 use cppr::bundle::solve::{
     BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
 };
 use cppr::bundle::{BundleDesign, BundleSection, HistoryPoint, SlipHistory};
+use cppr::design::RobotDesign;
 use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
 use cppr::statics::{Loads, Wrench};
 use cppr_io::bundle_file;
@@ -80,7 +81,7 @@ impl Bundle {
     /// The same robot without modes: integrated along its length.
     #[staticmethod]
     fn of(py: Python<'_>, robot: PyRef<'_, Robot>) -> PyResult<Self> {
-        Self::build(py, robot.shared.robot.design().into())
+        Self::build(py, bundle_file::of_robot(robot.shared.robot.design()))
     }
 
     /// Name.
@@ -307,6 +308,13 @@ pub struct BundleEquilibrium {
 impl BundleEquilibrium {
     fn with<R>(&self, run: impl FnOnce(&BundleSolver<'_>) -> R) -> R {
         run(&BundleSolver::new(&self.bundle).with_stretch(self.stretch))
+    }
+
+    /// What stands for an equilibrium of a robot of tubes of one length, its stability counted from rest.
+    pub fn of(design: &RobotDesign, own: Integrated, stretch: bool) -> Self {
+        let design = Arc::new(bundle_file::of_robot(design));
+        let found = own.solver().solve_from(own.equilibrium.command(), &own.equilibrium);
+        Self { bundle: own.bundle, design, found, stretch }
     }
 
     /// Another equilibrium of the same robot.

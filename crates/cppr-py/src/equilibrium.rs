@@ -1,6 +1,7 @@
 //! The classes `Equilibrium` and `Shape`. What costs more than reading a number is computed when it is asked for, once.
 
 use crate::arrays::{block, dynamic, line, matrix, rotations, rows, table, unmasked};
+use crate::bundle::BundleEquilibrium;
 use crate::robot::{Robot, Shared};
 use crate::{analysis, clearance, command, errors, rubbing, stored};
 use cppr::Vector3;
@@ -99,6 +100,13 @@ impl Equilibrium {
         let text = "contact and friction need an equilibrium of the consistent formulation, rotations of the motors, and a pose that the \
                     integration along the robot confirms";
         own.ok_or_else(|| errors::error(py, "NoEquilibrium", text))
+    }
+
+    /// The same equilibrium of the bundle that is integrated in its place.
+    pub fn as_bundle(&self, py: Python<'_>) -> PyResult<BundleEquilibrium> {
+        let stretch = self.found.settings().resolution.stretch > 0;
+        let own = self.integrated(py)?;
+        Ok(py.detach(|| BundleEquilibrium::of(self.found.robot().design(), own, stretch)))
     }
 
     fn actuators<'py>(&self, py: Python<'py>, get: fn(&ActuatorState) -> f64) -> Bound<'py, PyArray1<f64>> {

@@ -7,13 +7,14 @@ use crate::arrays::{dynamic, line, number, vector};
 use crate::bundle::BundleEquilibrium;
 use crate::command::tube_number;
 use crate::equilibrium::Equilibrium;
-use crate::errors;
 use crate::watch::analysed;
+use crate::{errors, rubbing};
 use cppr::analysis::inverse::{
     Accuracy, FreeInput, InverseProblem, Measured, Reach, Sensed, ShapeMatch, ShapePoint, Target,
     Uncertainty, free_near, free_within,
 };
 use cppr::analysis::{Governing, RangeProblem, Teeth, governing};
+use cppr::bundle::Friction;
 use cppr::bundle::solve::BundleEquilibrium as BundleFound;
 use cppr::solve::{Equilibrium as RobotFound, Quantity};
 use pyo3::prelude::*;
@@ -198,7 +199,8 @@ fn matched<'py, E>(
     Ok(own)
 }
 
-/// Fields of `Sensed`. `efforts` holds tension and torque by tube, `deviations` those of tension, torque, position, direction.
+/// Fields of `Sensed`. `efforts` holds tension and torque by tube, `deviations` those of tension, torque, position, direction, `friction` the coefficient
+/// and the length of the guide.
 #[pyfunction]
 pub fn sense<'py>(
     py: Python<'py>,
@@ -208,7 +210,9 @@ pub fn sense<'py>(
     direction: Option<Bound<'py, PyAny>>,
     deviations: [f64; 4],
     moment: bool,
+    friction: Option<(f64, Option<f64>)>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
     let mut measured = Vec::new();
     // That there is no such tube, in the words of its robot.
     let lacking = |tube: usize| match &equilibrium {
@@ -247,19 +251,45 @@ pub fn sense<'py>(
         measured.push(Measured::Direction(vector("direction", &direction)?, deviations[3]));
     }
     let refused = |problem: InverseProblem| errors::command(py, problem);
-    match &equilibrium {
-        Either::Robot(own) => {
+    match (&equilibrium, &friction) {
+        (Either::Robot(own), None) => {
             let (shared, found) = (&own.shared, &own.found);
             // A few solves: short, and with a solver that is kept.
             let answer = py.detach(|| shared.with(|solver| solver.sense_near(found, &measured, moment)));
             sensed(py, &**own, answer.map_err(refused)?)
         }
-        Either::Bundle(own) => {
+        (Either::Bundle(own), None) => {
             let found = &own.found;
             let answer = own.analysed(py, |analysis| analysis.sense_near(found, &measured, moment))?;
             sensed(py, &**own, answer.map_err(refused)?)
         }
+        (Either::Robot(own), Some(friction)) => {
+            sensed_rubbed(py, &own.as_bundle(py)?, &measured, moment, friction)
+        }
+        (Either::Bundle(own), Some(friction)) => sensed_rubbed(py, own, &measured, moment, friction),
     }
+}
+
+/// With what motors that were driven on, and motors that were driven back, make of the same measurements.
+fn sensed_rubbed<'py>(
+    py: Python<'py>,
+    own: &BundleEquilibrium,
+    measured: &[Measured],
+    moment: bool,
+    friction: &Friction,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = &own.found;
+    let answers = own.analysed(py, |analysis| {
+        let free = analysis.sense_near(found, measured, moment)?;
+        let sides = analysis.sense_rubbed(&free, found.command(), measured, moment, friction)?;
+        Ok((free, sides))
+    })?;
+    let (free, sides) = answers.map_err(|problem: InverseProblem| errors::command(py, problem))?;
+    let dict = sensed(py, own, free)?;
+    for (name, side) in ["loading", "unloading"].into_iter().zip(sides) {
+        dict.set_item(name, side.map(|side| sensed(py, own, side)).transpose()?)?;
+    }
+    Ok(dict)
 }
 
 fn sensed<'py, E>(py: Python<'py>, of: &impl Kept<E>, answer: Sensed<E>) -> PyResult<Bound<'py, PyDict>> {

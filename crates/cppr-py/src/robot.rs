@@ -9,7 +9,7 @@ use cppr::analysis::ACCURACY;
 use cppr::analysis::explained;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{SettingsProblem, Solver, Status};
-use cppr_io::{robot_file, robot_text};
+use cppr_io::{robot_file, robot_text, sudden_changes};
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -52,6 +52,19 @@ impl Robot {
         Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default(), many: Memory::new() }) })
     }
 
+    /// Checks a design that a person gives, and warns where modes do not follow it.
+    fn made(py: Python<'_>, design: RobotDesign) -> PyResult<Self> {
+        let robot = Self::build(py, design)?;
+        if let Some(places) = sudden_changes(robot.design()) {
+            let text = format!(
+                "modes do not follow sudden changes ({places}): integrate along the robot instead, with cppr.Bundle.of(robot), or read its file with \
+                 cppr.Bundle.from_toml"
+            );
+            errors::warn(py, "AccuracyWarning", &text)?;
+        }
+        Ok(robot)
+    }
+
     fn design(&self) -> &RobotDesign {
         self.shared.robot.design()
     }
@@ -64,21 +77,21 @@ impl Robot {
     fn new(length: &Bound<'_, PyAny>, tubes: Vec<Bound<'_, PyAny>>, name: &str) -> PyResult<Self> {
         let py = length.py();
         let length = crate::arrays::number("length", length)?;
-        Self::build(py, Reader::read(py, name.into(), length, &tubes)?)
+        Self::made(py, Reader::read(py, name.into(), length, &tubes)?)
     }
 
     /// Reads a robot file.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = robot_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
-        Self::build(py, file.design)
+        Self::made(py, file.design)
     }
 
     /// Reads a robot from the text of a robot file.
     #[staticmethod]
     fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
         let file = robot_file::parse(text).map_err(|problems| errors::file(py, &problems))?;
-        Self::build(py, file.design)
+        Self::made(py, file.design)
     }
 
     /// Writes a robot file that reads back as this robot.

@@ -49,11 +49,19 @@ fn failed(py: Python<'_>, problem: &FileProblem) -> PyErr {
     }
 }
 
-/// A robot file; with friction what is integrated.
-fn described(py: Python<'_>, path: &Path, rubs: bool) -> PyResult<Described> {
+/// A robot file. With friction it is integrated, and where sudden changes that modes do not follow are in it, unless something is asked for that only modes have.
+fn described(py: Python<'_>, path: &Path, rubs: bool, keeps_modes: bool) -> PyResult<Described> {
     let read =
         if rubs { bundle_file::read_bundle(path).map(Described::Bundle) } else { bundle_file::read(path) };
-    read.map_err(|problems| errors::file(py, &problems))
+    let read = read.map_err(|problems| errors::file(py, &problems))?;
+    let (robot, sudden) = if keeps_modes { (read, None) } else { read.integrated() };
+    if let Some(places) = sudden {
+        let text = format!(
+            "modes do not follow sudden changes ({places}): the sweep integrates along the robot; settings or margin keep the modes"
+        );
+        errors::warn(py, "AccuracyWarning", &text)?;
+    }
+    Ok(robot)
 }
 
 /// Rows of every verdict, by its word.
@@ -78,7 +86,7 @@ pub fn sweep<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
-    let described = described(py, &path, friction.is_some())?;
+    let described = described(py, &path, friction.is_some(), settings.is_some() || margin)?;
     let robot_text = std::fs::read_to_string(&path)?;
     let mut subject = match described {
         Described::Robot(file) => {

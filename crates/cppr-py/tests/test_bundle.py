@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
+import pickle
+import warnings
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -276,3 +280,42 @@ def test_a_cycle_comes_back_to_its_loop() -> None:
     assert up > 1.02 * down and again == pytest.approx(up, rel=1e-4)
     with pytest.raises(ValueError, match="it has no push"):
         robot.cycle([{"pull": 0}, {"push": 1e-3}], 0.1)
+
+
+def test_sudden_changes_are_said_with_the_line_that_follows_them(tmp_path: Path) -> None:
+    """The right tip is that of `answers_say_how_accurate_they_are` among the tests of the program."""
+    steps = "crates/cppr-cli/tests/data/steps_in_a_table.toml"
+    right = [88.599e-3, -50.173e-3, 0.0]
+    said = r"notch depth of tube 1 at 30 mm.*cppr\.Bundle\.of\(robot\).*cppr\.Bundle\.from_toml"
+    with pytest.warns(cppr.AccuracyWarning, match=said):
+        robot = cppr.Robot.from_toml(steps)
+    with pytest.warns(cppr.AccuracyWarning, match=said):
+        cppr.Robot.from_toml_text(Path(steps).read_text())
+    with pytest.warns(cppr.AccuracyWarning, match="notch depth of tube 2"):
+        cppr.Robot(robot.length, robot.tubes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for bundle in (cppr.Bundle.of(robot), cppr.Bundle.from_toml(steps)):
+            eq = bundle.solve(pull=2e-3)
+            assert eq.tip_position == pytest.approx(right, abs=1e-5)
+            assert eq.tension[1] == pytest.approx(1.8538, abs=1e-3)
+        pickle.loads(pickle.dumps(robot))
+        cppr.Robot.from_toml("robots/r1.toml")
+
+    def swept(**options: Any) -> dict[str, str]:
+        """The last row."""
+        path = tmp_path / "steps.csv"
+        cppr.sweep(steps, path, pull=cppr.Range(0.0, 2e-3, 3), **options)
+        _, *table = path.read_text().splitlines()  # The first line says what was asked.
+        *_, last = csv.DictReader(table)
+        path.unlink()
+        return last
+
+    with pytest.warns(cppr.AccuracyWarning, match="the sweep integrates"):
+        integrated = swept()
+    assert [float(integrated[f"tip_{axis}_m"]) for axis in "xyz"] == pytest.approx(right, abs=1e-5)
+    assert "tube1_tension_N" in integrated
+    with pytest.warns(cppr.AccuracyWarning) as told:
+        modes = swept(margin=True)
+    assert not any("the sweep integrates" in str(one.message) for one in told)
+    assert "tube1_tension_N" not in modes and 0 < float(modes["margin_to_instability"]) < 1

@@ -75,3 +75,25 @@ def test_a_force_is_sensed_from_tension_and_tip(r3: cppr.Robot) -> None:
         standing.sense(tension={3: 1.0})
     with pytest.raises(cppr.CommandError):
         standing.sense()
+
+
+def test_a_force_is_sensed_through_friction(r3: cppr.Robot) -> None:
+    force = (0.0, 0.08, 0.03)
+    made = r3.solve(pull=4e-3, tip_force=force)
+    rubbed = dict(zip(("loading", "unloading"), made.friction(0.2)))
+    standing = {"loading": r3.solve(pull=4e-3), "unloading": cppr.Bundle.of(r3).solve(pull=4e-3)}
+    for side, measured in rubbed.items():
+        seen = {"tension": measured["tension"][1], "position": measured["tip_position"]}
+        answer = standing[side].sense(**seen, friction=0.2)
+        own = getattr(answer, side)
+        assert np.abs(own.force - force).max() < 1e-3, (side, own.force)
+        assert np.abs(answer.force - force).max() > 0.05, "friction that is not known of is taken for a force"
+        assert isinstance(own.equilibrium, cppr.BundleEquilibrium) and own.equilibrium.stable
+        assert own.equilibrium.tip_position == pytest.approx(made.tip_position, abs=1e-5)
+        free = standing[side].sense(**seen)
+        assert free.force == pytest.approx(answer.force, abs=1e-3)
+        assert free.loading is None and free.unloading is None
+    guided = standing["unloading"].sense(**seen, friction=0.2, guide=0.02).unloading
+    assert guided is not None and np.abs(guided.force - force).max() > 0.01, "the guide rubs too"
+    with pytest.raises(ValueError, match="at least 0"):
+        r3.solve(pull=4e-3).sense(tension=1.0, friction=-0.1)

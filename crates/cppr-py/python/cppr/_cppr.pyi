@@ -60,7 +60,11 @@ class Robot:
     def __new__(cls, length: float, tubes: Sequence[TubeLike], name: str = "robot") -> Robot: ...
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> Robot:
-        """Reads a robot file. Raises `RobotError` with all its problems, each with its line."""
+        """Reads a robot file. Raises `RobotError` with all its problems, each with its line.
+
+        Gives an `AccuracyWarning` where there are sudden changes along a tube, which modes do not follow: ``cppr.Bundle.of(robot)``, or
+        `Bundle.from_toml`, integrates such a robot.
+        """
 
     @staticmethod
     def from_toml_text(text: str) -> Robot:
@@ -397,11 +401,14 @@ class Equilibrium:
         position_deviation: float = 1e-3,
         direction_deviation: float = 0.02,
         moment: bool = False,
+        friction: float | None = None,
+        guide: float | None = None,
     ) -> Sensed:
         """The force on the tip, with `moment` the whole wrench, that explains measurements while the motors stand as here.
 
         `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion, `position` (m) and
-        `direction` the measured tip, base frame. Their standard deviations weigh them.
+        `direction` the measured tip, base frame. Their standard deviations weigh them. With `friction` between the tubes, and `guide` (m) below the
+        plate, the answer has `loading` and `unloading` too, and the robot is integrated along its length: all equilibria are those of a `Bundle`.
         """
 
     def plot(
@@ -761,6 +768,8 @@ class BundleEquilibrium:
         position_deviation: float = 1e-3,
         direction_deviation: float = 0.02,
         moment: bool = False,
+        friction: float | None = None,
+        guide: float | None = None,
     ) -> Sensed:
         """The force on the tip, with `moment` the whole wrench, that explains measurements while the motors stand as here; as
         `Equilibrium.sense`."""
@@ -797,6 +806,7 @@ def sense(
     direction: VectorLike | None,
     deviations: tuple[float, float, float, float],
     moment: bool,
+    friction: tuple[float, float | None] | None,
 ) -> dict[str, Any]: ...
 def sweep(
     path: str | os.PathLike[str],

@@ -85,6 +85,11 @@ class Sensed:
     """How many deviations each measurement (tensions, torques, position, direction) lies from the answer: where many, no wrench explains it."""
     equilibrium: _cppr.Equilibrium | _cppr.BundleEquilibrium
     """The equilibrium under the wrench."""
+    loading: Sensed | None = None
+    """Where tubes rub: what the measurements say if the motors were driven on to where they are. None without friction, and where no force was found
+    that explains them so."""
+    unloading: Sensed | None = None
+    """The same if the motors were driven back."""
 
 
 def reach(
@@ -139,13 +144,21 @@ def sense(
     position_deviation: float = 1e-3,
     direction_deviation: float = 0.02,
     moment: bool = False,
+    friction: float | None = None,
+    guide: float | None = None,
 ) -> Sensed:
     """The force on the tip, with `moment` the whole wrench, that explains what was measured while the motors stand as here.
 
     It comes on top of this equilibrium's loads, and is looked for from here on: an observer that solves its model under the force it knows of
     gets what is lacking. `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion: a number for tube 2, a dict for others;
     `position` (m) and `direction` the measured tip, base frame. Their standard deviations weigh them.
+
+    With `friction`, the coefficient between the tubes, `loading` and `unloading` are what the same measurements say if every tube slips, after motors that
+    were driven on and back; `guide` (m) is where tubes are held below the plate. All of these, and the answer without friction beside them, are then of the robot
+    integrated along its length: their equilibria are those of a `Bundle`. A friction that is not given is taken for a force.
     """
     deviations = (tension_deviation, torque_deviation, position_deviation, direction_deviation)
-    found = _cppr.sense(self, (tension, torque), position, direction, deviations, moment)
-    return Sensed(**found)
+    rubs = None if friction is None else (friction, guide)
+    found = _cppr.sense(self, (tension, torque), position, direction, deviations, moment, rubs)
+    sides = {side: Sensed(**found.pop(side)) for side in ("loading", "unloading") if found.get(side)}
+    return Sensed(**{**found, **sides})

@@ -69,7 +69,8 @@ def sweep(
     A number is fixed, a `Range` or `Normal` varies. `vary` holds numbers of the robot file by their keys, in their own
     units: ``{"tube2.notches.depth_mm": Range(1.9, 2.1, 5)}``. With `samples` that many points are taken instead of the grid.
     Twice or four times as many modes are taken where eight rows, from the first to the last, need them for tips within `accuracy` times the
-    length, or an `AccuracyWarning` is given; None leaves the modes as they are. `margin` and `limits` (what the teeth do) add columns. `friction`, the
+    length, or an `AccuracyWarning` is given; None leaves the modes as they are. A robot with sudden changes along it, which no modes follow, is integrated
+    instead and an `AccuracyWarning` says so, unless `settings` or `margin` need modes. `margin` and `limits` (what the teeth do) add columns. `friction`, the
     coefficient between the tubes, adds tip and actuators with motors driven on (``loading_``) and driven back (``unloading_``), `guide` (m) the friction where tubes are held
     below the plate. `output` ends in .csv, .npz or .parquet; columns carry their units.
     Nothing that was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
