@@ -278,7 +278,7 @@ impl Problem<'_> {
             let measurements: Vec<_> =
                 self.looked_at(group).into_iter().map(|m| &self.measurements[m]).collect();
             Ok(match Model::new(design, self.list, &self.start, false)? {
-                Model::Robot(robot, _) => settings_for(&robot, &measurements),
+                Model::Robot(robot, _) => settings_for(&robot, &measurements, self.stop.as_ref()),
                 Model::Bundle(_) => Settings::default(),
             })
         };

@@ -108,10 +108,16 @@ fn solver(robot: &Robot, settings: Settings) -> Solver {
     Solver::with_settings(robot, settings).unwrap_or_else(|_| Solver::new(robot))
 }
 
-/// Settings with as many modes as the most demanding of some measurements needs.
-pub(crate) fn settings_for(robot: &Robot, measurements: &[&Measurement]) -> Settings {
+/// Settings with as many modes as the most demanding of some measurements needs; others where the flag is set meanwhile.
+pub(crate) fn settings_for(
+    robot: &Robot,
+    measurements: &[&Measurement],
+    stop: Option<&Arc<AtomicBool>>,
+) -> Settings {
     let commands: Vec<Command> = measurements.iter().map(|m| command(m, robot.follower_count())).collect();
-    Solver::new(robot).settings_for(&commands, ACCURACY).settings
+    let mut solver = Solver::new(robot);
+    solver.stop_by(stop.cloned());
+    solver.settings_for(&commands, ACCURACY).settings
 }
 
 impl Found {
