@@ -108,16 +108,25 @@ fn solver(robot: &Robot, settings: Settings) -> Solver {
     Solver::with_settings(robot, settings).unwrap_or_else(|_| Solver::new(robot))
 }
 
-/// Settings with as many modes as the most demanding of some measurements needs; others where the flag is set meanwhile.
+/// Settings with as many modes as the most demanding of some measurements needs, of those that are looked at before the flag is set.
 pub(crate) fn settings_for(
     robot: &Robot,
     measurements: &[&Measurement],
     stop: Option<&Arc<AtomicBool>>,
 ) -> Settings {
-    let commands: Vec<Command> = measurements.iter().map(|m| command(m, robot.follower_count())).collect();
     let mut solver = Solver::new(robot);
     solver.stop_by(stop.cloned());
-    solver.settings_for(&commands, ACCURACY).settings
+    let mut settings = *solver.settings();
+    for m in measurements {
+        if solver.is_stopped() {
+            break;
+        }
+        let needed = solver.settings_for(&[command(m, robot.follower_count())], ACCURACY).settings;
+        if needed.resolution.nodes > settings.resolution.nodes {
+            settings = needed;
+        }
+    }
+    settings
 }
 
 impl Found {
