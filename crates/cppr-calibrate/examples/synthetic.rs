@@ -1,13 +1,13 @@
 //! Makes the example data: `cargo run --release -p cppr-calibrate --example synthetic` writes
-//! `examples/calibration/measured.csv`, `r1.csv` and `concentric3.csv`.
+//! `examples/calibration/measured.csv`, `r1.csv`, `concentric3.csv` and `loop.csv`.
 //!
 //! Tips of R1 and R2 with a centroid factor of 1.22 and E = 4.8 GPa, unloaded and under 0.15 N, with normal noise of
-//! 0.5 mm from a fixed seed; and tips of three curved tubes, 1.06 times as curved as their file says, with G = 20 GPa: what a
-//! calibration should find again.
+//! 0.5 mm from a fixed seed; and tips of three curved tubes, 1.06 times as curved as their file says, with G = 20 GPa; and tensions of R1 with
+//! E = 4.8 GPa and a coefficient of friction of 0.2: what a calibration should find again.
 
 use cppr::Vector3;
-use cppr::bundle::Bundle;
 use cppr::bundle::solve::BundleSolver;
+use cppr::bundle::{Bundle, BundleDesign, Friction};
 use cppr::design::Robot;
 use cppr::solve::{Command, Drive, Solver};
 use cppr::statics::Loads;
@@ -75,6 +75,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     std::fs::write("examples/calibration/concentric3.csv", table)?;
+
+    let design = changed("robots/r1.toml", &[("youngs_modulus", 4.8e9)])?;
+    let Design::Robot(design) = design else { return Err("this robot has parts or joints".into()) };
+    let bundle = Bundle::new(&BundleDesign::from(&design))?;
+    let mut solver = BundleSolver::new(&bundle);
+    let mut table = String::from("pull2_mm,driven,measured_tension2_N,sigma_N\n");
+    for pull in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] {
+        let mut command = solver.held();
+        command.drives[1].translation = Drive::Motion(pull * 1e-3);
+        let found = solver.solve(&command);
+        let sides = solver.full_slip(&found, &Friction { coefficient: 0.2, guide: None });
+        for (way, side) in ["on", "back"].into_iter().zip(sides.ok_or("no full slip")?) {
+            writeln!(table, "{pull},{way},{:.3},0.03", side.efforts[1].force + 0.03 * normal())?;
+        }
+    }
+    std::fs::write("examples/calibration/loop.csv", table)?;
     Ok(())
 }
 

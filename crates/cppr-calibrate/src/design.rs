@@ -62,6 +62,14 @@ impl Design {
         }
     }
 
+    /// As the bundle that is integrated.
+    pub(crate) fn integrated(self) -> BundleDesign {
+        match self {
+            Self::Robot(design) => BundleDesign::from(&design),
+            Self::Bundle(design) => design,
+        }
+    }
+
     /// What a tube (index from 0) is made of, from base to tip.
     pub(crate) fn bodies(&self, tube: usize) -> Vec<&TubeDesign> {
         match self {

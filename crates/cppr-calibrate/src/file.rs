@@ -30,6 +30,14 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
     for estimate in sorted {
         let number = estimate.value / estimate.parameter.unit().1;
         match (estimate.parameter.kind, estimate.parameter.tube) {
+            // No robot file has it.
+            (ParameterKind::Friction, _) => {}
+            (ParameterKind::OnsetStrain, tube) => {
+                soften(&mut document, tube, "onset_strain_percent", number)?;
+            }
+            (ParameterKind::SecondModulus, tube) => {
+                soften(&mut document, tube, "second_modulus_GPa", number)?;
+            }
             (ParameterKind::RestCurvatureFactor, None) => {
                 each_tube(&mut document, |tube| curve(tube, number))?;
             }
@@ -70,12 +78,50 @@ fn material(table: &mut Table, kind: ParameterKind, number: f64) {
     }
 }
 
+/// Sets a key of softening metal; that of compression, where there is one, keeps its ratio.
+fn soften(
+    document: &mut DocumentMut,
+    tube: Option<usize>,
+    key: &str,
+    number: f64,
+) -> Result<(), FileProblem> {
+    let keys = [key.to_owned(), format!("compression_{key}")];
+    let read = |table: &Table| keys.each_ref().map(|key| table.get(key).and_then(as_number));
+    let common = document.get("material").and_then(Item::as_table).map(read).unwrap_or_default();
+    // `all` writes what the table has not said before as well.
+    let change = |table: &mut Table, all: bool| {
+        let own = read(table);
+        let [Some(tension), compression] = [own[0].or(common[0]), own[1].or(common[1])] else { return };
+        for (key, (own, value)) in keys.iter().zip(own.into_iter().zip([Some(tension), compression])) {
+            if let Some(value) = value.filter(|_| all || own.is_some()) {
+                put(table, key, value / tension * number);
+            }
+        }
+    };
+    if let Some(k) = tube {
+        change(table(own_tube(document, k)?, "material")?, true);
+        return Ok(());
+    }
+    if let Some(own) = document.get_mut("material").and_then(Item::as_table_mut) {
+        change(own, false);
+    }
+    each_tube(document, |tube| {
+        if tube.contains_key("material") {
+            change(table(tube, "material")?, false);
+        }
+        Ok(())
+    })
+}
+
+fn as_number(item: &Item) -> Option<f64> {
+    item.as_float().or_else(|| item.as_integer().map(|n| n as f64))
+}
+
 /// Multiplies the rest curvatures of a tube and of its parts.
 fn curve(tube: &mut Table, factor: f64) -> Result<(), FileProblem> {
     let key = "rest_curvature_1_m";
     let scale = |own: &mut Table| {
-        let old = own.get(key).and_then(|old| old.as_float().or_else(|| old.as_integer().map(|n| n as f64)));
-        if let Some(old) = old {
+        if let Some(old) = own.get(key).and_then(as_number) {
             put(own, key, old * factor);
         }
     };

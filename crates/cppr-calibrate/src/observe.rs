@@ -1,16 +1,18 @@
-//! What the model of tubes of one length says to a measurement, and how that changes with the parameters.
+//! What the model of tubes of one length says to measurements, and how that changes with the parameters.
 
-use crate::bundle::BundleModel;
-use crate::data::{Line, Measurement};
+use crate::bundle::{BundleModel, State};
+use crate::data::{Line, Measurement, Observed};
 use crate::design::Design;
 use crate::fit::FitProblem;
-use crate::parameter::{Parameter, apply};
+use crate::parameter::{Parameter, Values};
 use cppr::Vector3;
 use cppr::analysis::{ACCURACY, Perturbed, absurd_demand};
 use cppr::bundle::Bundle;
 use cppr::bundle::solve::BundleEquilibrium;
 use cppr::design::{DesignProblems, Robot};
-use cppr::solve::{Actuator, Command, Drive, Equilibrium, Settings, Solver, Status};
+use cppr::solve::{
+    Actuator, ActuatorState, Command, Equilibrium, Freedom, Quantity, Settings, Solver, Status,
+};
 use cppr::statics::{Loads, RotationMeans, Wrench};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -25,19 +27,26 @@ pub(crate) enum Found {
     Bundle(Box<BundleEquilibrium>),
 }
 
-/// What a model says to a measurement.
-pub(crate) struct Seen {
-    /// Point (m) and direction of the axis.
-    pub outputs: [f64; 6],
-    /// Their slopes by relative changes of every parameter.
-    pub slopes: Vec<[f64; 6]>,
-    pub found: Found,
-}
-
-/// A robot at some values of the parameters, ready to be asked.
+/// A robot at some values of the parameters, ready to be asked. Measurements of one pose are asked of together.
 pub(crate) trait Observer {
-    /// What it says to a measurement; from an earlier equilibrium of the same measurement, if there is one.
-    fn see(&mut self, m: &Measurement, start: Option<&Found>) -> Result<Seen, FitProblem>;
+    /// The equilibrium that a measurement was made in; from an earlier one of the same measurement, if there is one.
+    fn solve(&mut self, m: &Measurement, start: Option<&Found>) -> Result<Found, FitProblem>;
+
+    /// All numbers that were measured in it, measurement by measurement.
+    fn read(&mut self, pose: &[Measurement], found: &Found) -> Result<Vec<f64>, FitProblem>;
+
+    /// Their slopes by what the search moves, for every parameter; `outputs` are the numbers themselves.
+    fn slopes(
+        &mut self,
+        pose: &[Measurement],
+        found: &Found,
+        outputs: &[f64],
+    ) -> Result<Vec<Vec<f64>>, FitProblem>;
+
+    /// Greatest strain of a bundle's tube (number from 1), or of all, with teeth that bend as the notches do and with rigid ones.
+    fn strains(&self, _found: &Found, _tube: Option<usize>) -> [f64; 2] {
+        [0.0; 2]
+    }
 }
 
 /// A robot at some values of the parameters and, for derivatives, near them.
@@ -47,24 +56,15 @@ pub(crate) enum Model {
 }
 
 impl Model {
-    pub(crate) fn new(
-        design: &Design,
-        list: &[Parameter],
-        values: &[f64],
-        derivatives: bool,
-    ) -> Result<Self, FitProblem> {
+    pub(crate) fn new(design: &Design, at: &Values<'_>, derivatives: bool) -> Result<Self, FitProblem> {
         let unsound = |problems: DesignProblems| FitProblem::Search(problems.to_string());
-        let moved = if derivatives { list.len() } else { 0 };
-        let changed = |p: usize, by: f64| {
-            let mut moved = values.to_vec();
-            moved[p] *= 1.0 + by;
-            apply(design, list, &moved)
-        };
+        let moved = if derivatives { at.list.len() } else { 0 };
         let why =
-            |p: usize| FitProblem::Search(format!("{} cannot be changed at {}", design.name(), list[p]));
-        match apply(design, list, values) {
-            Design::Robot(own) => {
-                let near = |p: usize, by: f64| match changed(p, by) {
+            |p: usize| FitProblem::Search(format!("{} cannot be changed at {}", design.name(), at.list[p]));
+        let rubs = at.friction().is_some();
+        match at.design(design) {
+            Design::Robot(own) if !rubs => {
+                let near = |p: usize, by: f64| match at.moved(p, by).design(design) {
                     Design::Robot(own) => Robot::from_design(own).ok(),
                     Design::Bundle(_) => None,
                 };
@@ -72,16 +72,25 @@ impl Model {
                 let perturbed = (0..moved).map(one).collect::<Result<Vec<_>, _>>()?;
                 Ok(Self::Robot(Robot::from_design(own).map_err(unsound)?, perturbed))
             }
-            Design::Bundle(own) => {
-                let near = |p: usize, by: f64| match changed(p, by) {
-                    Design::Bundle(own) => Bundle::new(&own).ok(),
-                    Design::Robot(_) => None,
+            own => {
+                let near = |p: usize, by: f64| {
+                    let there = at.moved(p, by);
+                    let own = there.design(design).integrated();
+                    Some((State { bundle: Bundle::new(&own).ok()?, friction: there.friction() }, by))
                 };
-                let one = |p: usize| Some([near(p, STEP)?, near(p, -STEP)?]);
-                let moved =
-                    (0..moved).map(|p| one(p).ok_or_else(|| why(p))).collect::<Result<Vec<_>, _>>()?;
+                // At a bound of its values a parameter moves to one side only. Friction is found in turns, which cost far more than what the other side gains.
+                let sides = if rubs { 1 } else { 2 };
+                let one = |p: usize| {
+                    let built = [STEP, -STEP].into_iter().filter_map(|by| near(p, by));
+                    let states: Vec<_> = built.take(sides).collect();
+                    if states.is_empty() { Err(why(p)) } else { Ok(states) }
+                };
+                let moved = (0..moved).map(one).collect::<Result<Vec<_>, _>>()?;
+                let by_leader = matches!(own, Design::Robot(_));
+                let own = own.integrated();
                 let bundle = Bundle::new(&own).map_err(unsound)?;
-                Ok(Self::Bundle(BundleModel { bundle, moved }))
+                let state = State { bundle, friction: at.friction() };
+                Ok(Self::Bundle(BundleModel { design: own, by_leader, own: state, moved }))
             }
         }
     }
@@ -149,35 +158,54 @@ struct RobotObserver<'a> {
     perturbed: &'a [Perturbed],
 }
 
-/// The force on the tip that a measurement was made under.
-pub(crate) fn loads(m: &Measurement) -> Loads {
-    let mut loads = Loads::none();
-    if m.tip_force.norm() > 0.0 {
-        loads.wrenches.push(Wrench { point: m.tip_point, ..Wrench::tip_force(m.tip_force) });
+impl Measurement {
+    /// The force on the tip that it was made under.
+    pub(crate) fn loads(&self) -> Loads {
+        let mut loads = Loads::none();
+        if self.tip_force.norm() > 0.0 {
+            loads.wrenches.push(Wrench { point: self.tip_point, ..Wrench::tip_force(self.tip_force) });
+        }
+        loads
     }
-    loads
 }
 
 fn command(m: &Measurement, followers: usize) -> Command {
-    let actuators = (1..=followers)
-        .map(|k| Actuator { push_pull: Drive::Motion(m.pulls[k]), rotation: Drive::Motion(m.rotations[k]) })
-        .collect();
-    Command { actuators, loads: loads(m), rotation_means: RotationMeans::Base }
+    let own = m.drives[1..=followers].iter();
+    let actuators = own.map(|d| Actuator { push_pull: d.translation, rotation: d.rotation }).collect();
+    Command { actuators, loads: m.loads(), rotation_means: RotationMeans::Base }
 }
 
-/// The model's point and direction for a measurement.
-fn observe(m: &Measurement, solver: &mut Solver, found: &Equilibrium) -> Vec<f64> {
-    let shape = solver.shape_at(found, &[m.at.unwrap_or(found.robot().length())]);
-    let section = &shape.sections[0];
-    let point = match m.line {
-        Line::Centre => section.centre,
-        Line::Tube(tube) => section.tubes[tube].centroid,
+/// The model's numbers for the measurements of a pose.
+fn observe(pose: &[Measurement], solver: &mut Solver, found: &Equilibrium) -> Vec<f64> {
+    let mut one = |m: &Measurement| {
+        let shape = solver.shape_at(found, &[m.at.unwrap_or(found.robot().length())]);
+        let section = &shape.sections[0];
+        let point = match m.line {
+            Line::Centre => section.centre,
+            Line::Tube(tube) => section.tubes[tube].centroid,
+        };
+        numbers(m, point, section.rotation.column(0).into(), |tube, freedom| {
+            let own = found.actuator(tube + 1).copied().unwrap_or_default();
+            ActuatorState::get(&own, Quantity::of(freedom, false))
+        })
     };
-    outputs(point, section.rotation.column(0).into()).to_vec()
+    pose.iter().flat_map(&mut one).collect()
 }
 
-pub(crate) fn outputs(point: Vector3<f64>, direction: Vector3<f64>) -> [f64; 6] {
-    [point.x, point.y, point.z, direction.x, direction.y, direction.z]
+/// The numbers that a measurement asks for, of the point (m) and direction there and of the motors.
+pub(crate) fn numbers(
+    m: &Measurement,
+    point: Vector3<f64>,
+    direction: Vector3<f64>,
+    effort: impl Fn(usize, Freedom) -> f64,
+) -> Vec<f64> {
+    let value = |observed| match observed {
+        Observed::Coordinate(axis) => point[axis],
+        Observed::Direction(axis) => direction[axis],
+        Observed::Bend => direction.y.hypot(direction.z).atan2(direction.x),
+        Observed::Effort(tube, freedom) => effort(tube, freedom),
+    };
+    m.numbers().into_iter().map(|(observed, ..)| value(observed)).collect()
 }
 
 /// That a parameter has no derivative at a measurement.
@@ -186,7 +214,7 @@ pub(crate) fn no_derivative(m: &Measurement, parameter: Parameter) -> FitProblem
 }
 
 impl Observer for RobotObserver<'_> {
-    fn see(&mut self, m: &Measurement, start: Option<&Found>) -> Result<Seen, FitProblem> {
+    fn solve(&mut self, m: &Measurement, start: Option<&Found>) -> Result<Found, FitProblem> {
         let solver = &mut self.solver;
         if solver.is_stopped() {
             return Err(FitProblem::Stopped);
@@ -203,14 +231,26 @@ impl Observer for RobotObserver<'_> {
         if let Status::NotConverged(_) = found.status() {
             return Err(FitProblem::NoEquilibrium(m.row, found.status().to_string()));
         }
-        let fixed = |values: Vec<f64>| std::array::from_fn(|i| values[i]);
-        let outputs = fixed(observe(m, solver, &found));
-        let mut slopes = Vec::new();
-        for (moved, parameter) in self.perturbed.iter().zip(self.list) {
-            let read = |solver: &mut Solver, eq: &Equilibrium| observe(m, solver, eq);
-            let slope = solver.parameter_sensitivity(&found, moved, read);
-            slopes.push(fixed(slope.map_err(|_| no_derivative(m, *parameter))?));
-        }
-        Ok(Seen { outputs, slopes, found: Found::Robot(Box::new(found)) })
+        Ok(Found::Robot(Box::new(found)))
+    }
+
+    fn read(&mut self, pose: &[Measurement], found: &Found) -> Result<Vec<f64>, FitProblem> {
+        let Found::Robot(found) = found else { return Ok(Vec::new()) };
+        Ok(observe(pose, &mut self.solver, found))
+    }
+
+    fn slopes(
+        &mut self,
+        pose: &[Measurement],
+        found: &Found,
+        _outputs: &[f64],
+    ) -> Result<Vec<Vec<f64>>, FitProblem> {
+        let Found::Robot(found) = found else { return Ok(Vec::new()) };
+        let read = |solver: &mut Solver, eq: &Equilibrium| observe(pose, solver, eq);
+        let one = |(moved, parameter): (&Perturbed, &Parameter)| {
+            let slope = self.solver.parameter_sensitivity(found, moved, read);
+            slope.map_err(|_| no_derivative(&pose[0], *parameter))
+        };
+        self.perturbed.iter().zip(self.list).map(one).collect()
     }
 }

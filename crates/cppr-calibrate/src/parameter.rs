@@ -1,8 +1,8 @@
 //! What can be fitted, and how it changes a design.
 
 use crate::design::Design;
-use cppr::bundle::Part;
-use cppr::design::TubeDesign;
+use cppr::bundle::{Friction, Part};
+use cppr::design::{Branch, Softening, TubeDesign};
 use std::fmt;
 
 /// A kind of parameter.
@@ -16,7 +16,33 @@ pub enum ParameterKind {
     ShearModulus,
     /// Factor on the curvature of free tubes and parts (-).
     RestCurvatureFactor,
+    /// Strain from which on metal softens (-); that under compression keeps its ratio to it.
+    OnsetStrain,
+    /// Slope of the stress beyond it (Pa); that under compression keeps its ratio to it.
+    SecondModulus,
+    /// Coefficient of friction between the tubes (-), which no design has.
+    Friction,
 }
+
+/// Names, units for people with their size in SI.
+const KINDS: [(ParameterKind, &str, (&str, f64)); 7] = [
+    (ParameterKind::CentroidOffsetFactor, "centroid_offset_factor", ("-", 1.0)),
+    (ParameterKind::YoungsModulus, "youngs_modulus", ("GPa", 1e9)),
+    (ParameterKind::ShearModulus, "shear_modulus", ("GPa", 1e9)),
+    (ParameterKind::RestCurvatureFactor, "rest_curvature_factor", ("-", 1.0)),
+    (ParameterKind::OnsetStrain, "onset_strain", ("%", 1e-2)),
+    (ParameterKind::SecondModulus, "second_modulus", ("GPa", 1e9)),
+    (ParameterKind::Friction, "friction", ("-", 1.0)),
+];
+
+/// Where the search for a coefficient of friction begins, unless one is given.
+const FIRST_FRICTION: f64 = 0.1;
+/// Change of the coefficient of friction that counts as much as a relative change of 1 in other parameters: that of a rough dry pair.
+pub(crate) const FULL_FRICTION: f64 = 0.5;
+/// The bound of a modulus, reached through its logarithm, is no greater than that modulus.
+const ROUNDING: f64 = 1e-12;
+/// Beyond it tubes jam.
+const MOST_FRICTION: f64 = 2.0;
 
 /// A parameter to fit: one value for all robots, of all tubes or of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +64,10 @@ pub enum ParameterProblem {
     NoMaterial(String, usize),
     /// No part of these tubes is curved when free: robot, and the tube's number where one was named.
     Straight(String, Option<usize>),
+    /// None of these tubes is of metal that softens: robot, and the tube's number where one was named.
+    Linear(String, Option<usize>),
+    /// One value for all tubes: the name.
+    OfAll(&'static str),
     /// The same parameter twice, or once for all tubes and once for one.
     Twice(String),
 }
@@ -45,11 +75,10 @@ pub enum ParameterProblem {
 impl fmt::Display for ParameterProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unknown(name) => write!(
-                f,
-                "{name} cannot be fitted; write centroid_offset_factor, youngs_modulus, shear_modulus or rest_curvature_factor, with @2 for \
-                 tube 2 alone"
-            ),
+            Self::Unknown(name) => {
+                let names = KINDS.map(|(_, name, _)| name).join(", ");
+                write!(f, "{name} cannot be fitted; write one of {names}, with @2 for tube 2 alone")
+            }
             Self::NoTube(robot, tube, count) => write!(f, "{robot} has tubes 1 to {count}, not {tube}"),
             Self::NoMaterial(robot, tube) => {
                 write!(f, "tube {tube} of {robot} is given by its stiffness and has no modulus to fit")
@@ -60,6 +89,15 @@ impl fmt::Display for ParameterProblem {
             Self::Straight(robot, None) => {
                 write!(f, "the tubes of {robot} are straight when free: no curvature to fit")
             }
+            Self::Linear(robot, tube) => {
+                let which = tube.map_or("the tubes".into(), |tube| format!("tube {tube}"));
+                write!(
+                    f,
+                    "the robot file of {robot} does not say that {which} soften; write onset_strain_percent and second_modulus_GPa, with \
+                     values to begin at, into [material]"
+                )
+            }
+            Self::OfAll(name) => write!(f, "{name} is one for all tubes; write it without @"),
             Self::Twice(name) => write!(f, "{name} is asked for twice"),
         }
     }
@@ -69,12 +107,7 @@ impl std::error::Error for ParameterProblem {}
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self.kind {
-            ParameterKind::CentroidOffsetFactor => "centroid_offset_factor",
-            ParameterKind::YoungsModulus => "youngs_modulus",
-            ParameterKind::ShearModulus => "shear_modulus",
-            ParameterKind::RestCurvatureFactor => "rest_curvature_factor",
-        };
+        let name = self.facts().0;
         match self.tube {
             None => write!(f, "{name}"),
             Some(tube) => write!(f, "{name}@{tube}"),
@@ -96,23 +129,66 @@ impl Parameter {
                 (name, Some(tube))
             }
         };
-        let kind = match name {
-            "centroid_offset_factor" => ParameterKind::CentroidOffsetFactor,
-            "youngs_modulus" => ParameterKind::YoungsModulus,
-            "shear_modulus" => ParameterKind::ShearModulus,
-            "rest_curvature_factor" => ParameterKind::RestCurvatureFactor,
-            _ => return Err(unknown()),
-        };
+        let (kind, name, _) = KINDS.into_iter().find(|own| own.1 == name).ok_or_else(unknown)?;
+        if kind == ParameterKind::Friction && tube.is_some() {
+            return Err(ParameterProblem::OfAll(name));
+        }
         Ok(Self { kind, tube })
+    }
+
+    fn facts(&self) -> (&'static str, (&'static str, f64)) {
+        KINDS.iter().find(|own| own.0 == self.kind).map_or(("", ("-", 1.0)), |own| (own.1, own.2))
     }
 
     /// Unit for people and its size in SI.
     #[must_use]
     pub fn unit(&self) -> (&'static str, f64) {
-        match self.kind {
-            ParameterKind::CentroidOffsetFactor | ParameterKind::RestCurvatureFactor => ("-", 1.0),
-            ParameterKind::YoungsModulus | ParameterKind::ShearModulus => ("GPa", 1e9),
+        self.facts().1
+    }
+
+    /// Change of the value that the search counts as 1: the value itself, or of what may vanish a size of its own.
+    pub(crate) fn size(&self, value: f64) -> f64 {
+        if self.kind == ParameterKind::Friction { FULL_FRICTION } else { value }
+    }
+
+    /// The value at which the search is, as far from the start as it says.
+    pub(crate) fn value(&self, start: f64, moved: f64) -> f64 {
+        if self.kind == ParameterKind::Friction { start + FULL_FRICTION * moved } else { start * moved.exp() }
+    }
+
+    /// Where the search is at a value.
+    pub(crate) fn place(&self, start: f64, value: f64) -> f64 {
+        if self.kind == ParameterKind::Friction {
+            (value - start) / FULL_FRICTION
+        } else {
+            (value / start).ln()
         }
+    }
+
+    /// Least and greatest value for these designs; a second modulus is no greater than the first.
+    pub(crate) fn bounds(&self, designs: &[Design]) -> [f64; 2] {
+        match self.kind {
+            ParameterKind::Friction => [0.0, MOST_FRICTION],
+            ParameterKind::SecondModulus => {
+                let most = self.softenings(designs).map(|(young, Softening { tension, compression })| {
+                    young * (tension.modulus / compression.modulus).min(1.0)
+                });
+                [0.0, most.fold(f64::INFINITY, f64::min) * (1.0 - ROUNDING)]
+            }
+            _ => [0.0, f64::INFINITY],
+        }
+    }
+
+    /// Young's modulus (Pa) and softening of everything that it changes.
+    fn softenings(&self, designs: &[Design]) -> impl Iterator<Item = (f64, Softening)> {
+        let bodies = designs
+            .iter()
+            .flat_map(|design| self.tubes(design.tube_count()).flat_map(|tube| design.bodies(tube)));
+        let softens = |body: &TubeDesign| match body {
+            TubeDesign::Notched(t) => Some((t.material.youngs_modulus, t.material.softening?)),
+            TubeDesign::Stiffness(_) => None,
+        };
+        bodies.filter_map(softens)
     }
 
     /// Tubes (index from 0) of a design that it changes.
@@ -149,10 +225,16 @@ impl Parameter {
             return Err(ParameterProblem::NoTube(name(), tube, count));
         }
         match self.kind {
-            ParameterKind::CentroidOffsetFactor => {}
+            ParameterKind::CentroidOffsetFactor | ParameterKind::Friction => {}
+            ParameterKind::OnsetStrain | ParameterKind::SecondModulus => {
+                if self.softenings(std::slice::from_ref(design)).next().is_none() {
+                    return Err(ParameterProblem::Linear(name(), self.tube));
+                }
+            }
             ParameterKind::YoungsModulus | ParameterKind::ShearModulus => {
-                if let Some(tube) = self.tubes(count).find(|tube| design.moduli(*tube).is_none()) {
-                    return Err(ParameterProblem::NoMaterial(name(), tube + 1));
+                // Of all tubes those change that have a material.
+                if self.tubes(count).all(|tube| design.moduli(tube).is_none()) {
+                    return Err(ParameterProblem::NoMaterial(name(), self.tube.unwrap_or(1)));
                 }
             }
             ParameterKind::RestCurvatureFactor => {
@@ -171,10 +253,17 @@ impl Parameter {
         Ok(())
     }
 
-    /// Mean of the present values: where a fit starts.
+    /// Mean of the present values: where a fit starts. Friction, which designs do not have, starts at 0.1.
     #[must_use]
     pub fn present(&self, designs: &[Design]) -> f64 {
-        let mut values = Vec::new();
+        let softened =
+            |read: fn(Branch) -> f64| self.softenings(designs).map(move |(_, own)| read(own.tension));
+        let mut values: Vec<f64> = match self.kind {
+            ParameterKind::Friction => vec![FIRST_FRICTION],
+            ParameterKind::OnsetStrain => softened(|branch| branch.onset).collect(),
+            ParameterKind::SecondModulus => softened(|branch| branch.modulus).collect(),
+            _ => Vec::new(),
+        };
         for design in designs {
             for tube in self.tubes(design.tube_count()) {
                 match self.kind {
@@ -184,13 +273,14 @@ impl Parameter {
                     ParameterKind::YoungsModulus => values.extend(design.moduli(tube).map(|[e, _]| e)),
                     ParameterKind::ShearModulus => values.extend(design.moduli(tube).map(|[_, g]| g)),
                     ParameterKind::RestCurvatureFactor => values.push(1.0),
+                    ParameterKind::OnsetStrain | ParameterKind::SecondModulus | ParameterKind::Friction => {}
                 }
             }
         }
         values.iter().sum::<f64>() / values.len() as f64
     }
 
-    /// Sets a value (SI) in a design; the factor on rest curvatures multiplies those that are there. Shafts made of a tube's material follow its moduli.
+    /// Sets a value (SI) in a design, friction in none; the factor on rest curvatures multiplies those that are there. Shafts made of a tube's material follow its moduli.
     pub fn set(&self, design: &mut Design, value: f64) {
         for tube in self.tubes(design.tube_count()) {
             let before = design.moduli(tube);
@@ -208,7 +298,20 @@ impl Parameter {
                     (ParameterKind::ShearModulus, TubeDesign::Notched(t)) => {
                         t.material.poissons_ratio = t.material.youngs_modulus / (2.0 * value) - 1.0;
                     }
-                    (ParameterKind::RestCurvatureFactor, _) | (_, TubeDesign::Stiffness(_)) => {}
+                    (ParameterKind::OnsetStrain, TubeDesign::Notched(t)) => {
+                        if let Some(own) = &mut t.material.softening {
+                            own.compression.onset *= value / own.tension.onset;
+                            own.tension.onset = value;
+                        }
+                    }
+                    (ParameterKind::SecondModulus, TubeDesign::Notched(t)) => {
+                        if let Some(own) = &mut t.material.softening {
+                            own.compression.modulus *= value / own.tension.modulus;
+                            own.tension.modulus = value;
+                        }
+                    }
+                    (ParameterKind::RestCurvatureFactor | ParameterKind::Friction, _)
+                    | (_, TubeDesign::Stiffness(_)) => {}
                 }
             }
             let after = design.moduli(tube);
@@ -234,15 +337,40 @@ fn factor(body: &TubeDesign) -> f64 {
     }
 }
 
-/// A design with all parameters at the given values; moduli first, so that a fitted G holds for the fitted E.
-pub(crate) fn apply(design: &Design, list: &[Parameter], values: &[f64]) -> Design {
-    let mut changed = design.clone();
-    let both = || list.iter().zip(values);
-    for (parameter, value) in both().filter(|(p, _)| p.kind != ParameterKind::ShearModulus) {
-        parameter.set(&mut changed, *value);
+/// Parameters with values (SI), and what is known beside them.
+#[derive(Clone)]
+pub(crate) struct Values<'a> {
+    pub list: &'a [Parameter],
+    pub numbers: Vec<f64>,
+    /// How tubes rub, with the coefficient that holds where none is fitted.
+    pub known: Option<Friction>,
+}
+
+impl Values<'_> {
+    /// A design with all values; moduli first, so that a fitted G holds for the fitted E.
+    pub fn design(&self, design: &Design) -> Design {
+        let mut changed = design.clone();
+        let both = || self.list.iter().zip(&self.numbers);
+        for (parameter, value) in both().filter(|(p, _)| p.kind != ParameterKind::ShearModulus) {
+            parameter.set(&mut changed, *value);
+        }
+        for (parameter, value) in both().filter(|(p, _)| p.kind == ParameterKind::ShearModulus) {
+            parameter.set(&mut changed, *value);
+        }
+        changed
     }
-    for (parameter, value) in both().filter(|(p, _)| p.kind == ParameterKind::ShearModulus) {
-        parameter.set(&mut changed, *value);
+
+    /// How tubes rub, where they do.
+    pub fn friction(&self) -> Option<Friction> {
+        let fitted = self.list.iter().position(|p| p.kind == ParameterKind::Friction);
+        let Some(p) = fitted else { return self.known };
+        Some(Friction { coefficient: self.numbers[p], guide: self.known.and_then(|known| known.guide) })
     }
-    changed
+
+    /// The same with one of them changed, relative to what the search counts as 1.
+    pub fn moved(&self, p: usize, by: f64) -> Self {
+        let mut moved = self.clone();
+        moved.numbers[p] += by * self.list[p].size(self.numbers[p]);
+        moved
+    }
 }

@@ -1,8 +1,7 @@
 //! Points in another unit than the table says: farther away than the robot reaches, or all at the baseplate.
 
-use crate::data::Measurement;
+use crate::data::{Measurement, Observed};
 use crate::design::Design;
-use crate::fit::AXES;
 use cppr::Vector3;
 use cppr::analysis::inverse::farthest;
 
@@ -23,7 +22,8 @@ pub(crate) fn within_reach(m: &Measurement, design: &Design) -> Result<(), Strin
         Design::Robot(own) => (own.length, m.at.unwrap_or(own.length)),
         // Tubes are advanced, and places on them with them.
         Design::Bundle(_) => {
-            let length = design.length() - m.pulls.iter().copied().fold(0.0, f64::min);
+            let length =
+                design.length() - m.drives.iter().filter_map(|d| d.translation.motion()).fold(0.0, f64::min);
             (length, length)
         }
     };
@@ -42,7 +42,7 @@ pub(crate) fn within_reach(m: &Measurement, design: &Design) -> Result<(), Strin
 /// `differences` are row, axis, and model minus measurement (m).
 pub(crate) fn not_all_at_the_plate(
     measurements: &[Measurement],
-    differences: &[(usize, &'static str, f64)],
+    differences: &[(usize, Observed, f64)],
 ) -> Result<(), (usize, String)> {
     let mut nearest: Option<(f64, usize, f64)> = None;
     for m in measurements {
@@ -52,7 +52,7 @@ pub(crate) fn not_all_at_the_plate(
         }
         let mut model = Vector3::zeros();
         for (_, what, difference) in differences.iter().filter(|(row, ..)| *row == m.row) {
-            if let Some(axis) = AXES.iter().position(|axis| axis == what) {
+            if let Observed::Coordinate(axis) = *what {
                 model[axis] = m.point[axis] + difference;
             }
         }

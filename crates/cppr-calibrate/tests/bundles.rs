@@ -74,7 +74,7 @@ fn fitted(name: &str, csv: &str, names: &[&str]) -> Result<Fit, FitProblem> {
     let design = changed(name, &[]);
     let rows = read(csv, design.tubes.len()).unwrap();
     let list: Vec<_> = names.iter().map(|name| Parameter::parse(name).unwrap()).collect();
-    fit(&[design.into()], &rows, &list, None)
+    fit(&[design.into()], &rows, &list, None, None)
 }
 
 /// The fit finds the truth, and the file it writes is the fitted design.

@@ -92,7 +92,7 @@ fn parameters(names: &[&str]) -> Vec<Parameter> {
 fn fitted(robots: &[&str], csv: &str, names: &[&str]) -> Result<Fit, FitProblem> {
     let designs: Vec<Design> = robots.iter().map(|r| design(r)).collect();
     let rows: Vec<Measurement> = read(csv, 2).unwrap();
-    fit(&designs, &rows, &parameters(names), None)
+    fit(&designs, &rows, &parameters(names), None, None)
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn a_far_start_finds_the_same_values() {
     for start in [[3.0, 5e10], [0.8, 2e9]] {
         let mut far = design("r1");
         set(&mut far, &[(names[0], start[0]), (names[1], start[1])]);
-        let fit = fit(&[far], &rows, &parameters(&names), None).unwrap();
+        let fit = fit(&[far], &rows, &parameters(&names), None, None).unwrap();
         for (estimate, (name, want)) in fit.estimates.iter().zip(truth) {
             assert!((estimate.value / want - 1.0).abs() < 1e-6, "{name}: {} {want}", estimate.value);
         }

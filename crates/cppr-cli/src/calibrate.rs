@@ -4,9 +4,11 @@ use crate::Failure;
 use crate::command::{build, described, unsound};
 use crate::figure;
 use crate::output::{check, print, write, write_or_print};
+use crate::rubbing::{coefficient, guide};
 use cppr::analysis::ACCURACY;
-use cppr::bundle::Bundle;
-use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
+use cppr::bundle::{Bundle, Friction};
+use cppr::solve::Quantity;
+use cppr_calibrate::{Design, Fit, FitProblem, Observed, Parameter, ParameterKind, fit, fitted_file, read};
 use cppr_io::bundle_file::Described;
 use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
 use std::fmt::Write;
@@ -19,10 +21,12 @@ Examples:
   cppr calibrate robots/r1.toml robots/r2.toml --data examples/calibration/measured.csv --fit centroid_offset_factor,youngs_modulus
   cppr calibrate robots/r1.toml --data examples/calibration/r1.csv --fit centroid_offset_factor --output fitted --plot residuals.svg
   cppr calibrate robots/bundles/concentric3.toml --data examples/calibration/concentric3.csv --fit rest_curvature_factor,shear_modulus
+  cppr calibrate robots/r1.toml --data examples/calibration/loop.csv --fit youngs_modulus,friction
 
-Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor; with @K for tube K alone. All robots share them.
-The table: one row per measured point, columns robot, pull2_mm, rotate2_deg, tip_force_y_N, x_mm, y_mm, z_mm, sigma_mm, ...
-(docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";
+Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor, onset_strain, second_modulus; with @K for tube K
+alone. friction is one for all tubes. All robots share them. Without --fit the robots are compared as they are.
+The table: one row per measurement, columns robot, pull2_mm, rotate2_deg, tension2_N, tip_force_y_N, driven, x_mm, y_mm, z_mm, bend_deg,
+measured_tension2_N, sigma_mm, ... (docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";
 
 /// Arguments of `cppr calibrate`.
 #[derive(clap::Args)]
@@ -34,8 +38,14 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     data: PathBuf,
     /// Parameters to fit
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     fit: Vec<String>,
+    /// Coefficient of friction between the tubes: where its fit begins, or what holds where it is not fitted
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
+    friction: Option<f64>,
+    /// Length of the guide below the plate in which tubes are held: adds its friction
+    #[arg(long, value_name = "LENGTH", requires = "friction", value_parser = guide)]
+    guide: Option<f64>,
     /// Folder for the robot files with the fitted values
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -75,7 +85,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
         Failure::Input(lines.join("\n"))
     })?;
-    let found = fit(&designs, &rows, &list, None).map_err(|problem| match problem {
+    let friction = args.friction.map(|coefficient| Friction { coefficient, guide: args.guide });
+    let found = fit(&designs, &rows, &list, friction, None).map_err(|problem| match problem {
         FitProblem::NoEquilibrium(..) => Failure::NoEquilibrium(format!("{shown}: {problem}")),
         FitProblem::Measurement(..) => Failure::Input(format!("{shown}: {problem}")),
         _ => Failure::Input(problem.to_string()),
@@ -126,7 +137,9 @@ fn put(robot: &Path, folder: &Path, found: &Fit) -> Result<(), Failure> {
 
 fn table(found: &Fit) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{:<28}{:>12}{:>12}  95 % interval", "parameter", "before", "fitted");
+    if !found.estimates.is_empty() {
+        let _ = writeln!(text, "{:<28}{:>12}{:>12}  95 % interval", "parameter", "before", "fitted");
+    }
     for e in &found.estimates {
         let (unit, size) = e.parameter.unit();
         let _ = writeln!(
@@ -144,13 +157,22 @@ fn table(found: &Fit) -> String {
             let _ = writeln!(text, "correlation of {b} and {a}: {:+.2}", found.correlation[i][j]);
         }
     }
-    let mm = |v: f64| format!("{:.3} mm", v * 1e3);
-    let _ = writeln!(
-        text,
-        "root mean square distance   {} before, {} fitted",
-        mm(found.rms_before),
-        mm(found.rms)
-    );
+    let mut squares = |name: &str, unit: &str, size: f64, [before, fitted]: [f64; 2], of: &str| {
+        let name = format!("root mean square {name}");
+        let fitted = match found.estimates.len() {
+            0 => String::new(),
+            _ => format!(" before, {:.3} {unit} fitted", fitted / size),
+        };
+        let _ = writeln!(text, "{name:<28}{:.3} {unit}{fitted}{of}", before / size);
+    };
+    if found.rms.is_finite() {
+        squares("distance", "mm", 1e-3, [found.rms_before, found.rms], "");
+    }
+    for own in &found.misses {
+        let (unit, size) = shown(own.what);
+        let of = format!("; of the measured {:.3} {unit}", own.measured / size);
+        squares(&own.what.to_string(), unit, size, [own.before, own.fitted], &of);
+    }
     let _ = writeln!(
         text,
         "noise against stated        {:.2} (1 where the stated deviations are right and the model is)",
@@ -166,6 +188,23 @@ fn table(found: &Fit) -> String {
         let _ = writeln!(
             text,
             "warning: the model's modes do not follow its fields; what was fitted is no better than its tip"
+        );
+    }
+    for e in found.estimates.iter().filter(|e| e.at_bound) {
+        let (unit, size) = e.parameter.unit();
+        let unit = if unit == "-" { String::new() } else { format!(" {unit}") };
+        let _ = writeln!(
+            text,
+            "bound: {} ends at {:.5}{unit}, where its values end; the data ask for one beyond, which a wrong model does as well",
+            e.parameter,
+            e.value / size
+        );
+    }
+    if let Some(e) = found.estimates.iter().find(|e| e.parameter.kind == ParameterKind::Friction) {
+        let _ = writeln!(
+            text,
+            "friction stands in no robot file: give --friction {:.4} to the commands that take it",
+            e.value
         );
     }
     for r in found.residuals.iter().filter(|r| r.outlier) {
@@ -187,7 +226,7 @@ fn json(found: &Fit) -> String {
             serde_json::json!({
                 "parameter": e.parameter.to_string(), "unit": unit, "before": e.before / size,
                 "value": e.value / size, "standard_deviation": e.deviation / size,
-                "interval_95": e.interval / size,
+                "interval_95": e.interval / size, "at_bound": e.at_bound,
             })
         })
         .collect();
@@ -195,18 +234,39 @@ fn json(found: &Fit) -> String {
         .residuals
         .iter()
         .map(|r| {
-            let key = if r.what == "direction" { "value_rad" } else { "value_m" };
-            serde_json::json!({ "line": r.row, "what": r.what, key: r.value, "studentised": r.studentised,
+            let key = format!("value_{}", r.what.unit());
+            serde_json::json!({ "line": r.row, "what": r.what.to_string(), key: r.value, "studentised": r.studentised,
                 "outlier": r.outlier })
+        })
+        .collect();
+    let misses: Vec<serde_json::Value> = found
+        .misses
+        .iter()
+        .map(|own| {
+            serde_json::json!({ "what": own.what.to_string(), "unit": own.what.unit(), "before": own.before,
+                "fitted": own.fitted, "measured": own.measured })
         })
         .collect();
     let whole = serde_json::json!({
         "schema": "cppr/calibration", "schema_version": 1, "estimates": estimates,
         "correlation": found.correlation, "rms_distance_m": found.rms, "rms_distance_before_m": found.rms_before,
+        "rms": misses,
         "noise_against_stated": found.scale, "residuals": residuals,
         "accuracy": { "tip_of_length": (found.accuracy.1 > 0).then_some(found.accuracy.0), "measurements": found.accuracy.1 },
     });
     format!("{whole:#}\n")
+}
+
+/// Unit of what was measured for people, with its size in SI.
+fn shown(what: Observed) -> (&'static str, f64) {
+    match what {
+        Observed::Coordinate(_) => ("mm", 1e-3),
+        Observed::Direction(_) | Observed::Bend => ("deg", 1_f64.to_radians()),
+        Observed::Effort(_, freedom) => {
+            let effort = Quantity::of(freedom, false);
+            (effort.shown_unit, effort.shown_size)
+        }
+    }
 }
 
 /// Studentised residuals over the lines of the file, with ±2 as a guide.
@@ -214,9 +274,10 @@ fn residuals(found: &Fit) -> Result<cppr_plot::Figure, Failure> {
     let mut curves: Vec<XyCurve> = Vec::new();
     for r in &found.residuals {
         let point = [r.row as f64, r.studentised];
-        match curves.iter_mut().find(|c| c.name == r.what) {
+        let what = r.what.to_string();
+        match curves.iter_mut().find(|c| c.name == what) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(XyCurve { scattered: true, ..XyCurve::new(r.what, vec![point]) }),
+            None => curves.push(XyCurve { scattered: true, ..XyCurve::new(what, vec![point]) }),
         }
     }
     let rows = found.residuals.iter().map(|r| r.row as f64);

@@ -61,6 +61,8 @@ COMMANDS = {
     "calibrate": [
         "robots/r1.toml --data {folder}/directions.csv --fit centroid_offset_factor",
         "robots/bundles/concentric3.toml --data examples/calibration/concentric3.csv --fit rest_curvature_factor",
+        "robots/r1.toml --data {folder}/efforts.csv --fit youngs_modulus,friction",
+        "robots/r1.toml --data {folder}/efforts.csv --friction 0.1",
     ],
     "section": ["robots/r3.toml --samples 3", "robots/childs3.toml --samples 2"],
     "cell": ["robots/r1.toml --tube 1 --corner-radius 1mm"],
@@ -159,6 +161,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         tip = [v * 1e3 + 0.1 * (-1) ** pull for v in found["tip_position_m"]]
         rows.append(",".join(map(str, ["R1", pull, *tip, *(row[0] for row in found["tip_rotation"])])))
     (place / "directions.csv").write_text("\n".join(rows) + "\n")
+    rows = ["pull2_mm,driven,measured_tension2_N,measured_torque2_Nmm,bend_deg,sigma_N"]
+    rows += [f"{pull},{way},{force},0,{10 * pull},0.01" for pull, way, force in ((2, "on", 1.9), (4, "on", 3.9), (4, "back", 3.4))]
+    (place / "efforts.csv").write_text("\n".join(rows) + "\n")
     return place
 
 

@@ -3,6 +3,7 @@
 use crate::bundle::Bundle;
 use crate::errors;
 use crate::robot::Robot;
+use crate::rubbing;
 use crate::watch::stoppable;
 use cppr::bundle::BundleDesign;
 use cppr_calibrate::{Design, Parameter, fit, read};
@@ -19,11 +20,14 @@ pub enum Subject<'py> {
 
 /// Fits parameters; the result's fields by name.
 #[pyfunction]
+#[pyo3(signature = (robots, table, parameters, friction, guide))]
 pub fn calibrate<'py>(
     py: Python<'py>,
     robots: Vec<Subject<'py>>,
     table: &str,
     parameters: Vec<String>,
+    friction: Option<f64>,
+    guide: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let refuse = |text: String| errors::error(py, "CalibrationError", text);
     let list = parameters
@@ -42,7 +46,9 @@ pub fn calibrate<'py>(
     let measurements = read(table, tubes).map_err(|problems| {
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
-    let found = stoppable(py, |stop| fit(&designs, &measurements, &list, Some(Arc::clone(stop))))?;
+    let friction = friction.map(|coefficient| rubbing::friction(coefficient, guide)).transpose()?;
+    let found =
+        stoppable(py, |stop| fit(&designs, &measurements, &list, friction, Some(Arc::clone(stop))))?;
     let found = found.map_err(|problem| refuse(problem.to_string()))?;
     let fitted = found
         .designs
@@ -61,14 +67,21 @@ pub fn calibrate<'py>(
     result.set_item("before", each(|e| e.before))?;
     result.set_item("deviations", each(|e| e.deviation))?;
     result.set_item("intervals", each(|e| e.interval))?;
+    result.set_item("at_bounds", found.estimates.iter().map(|e| e.at_bound).collect::<Vec<_>>())?;
     result.set_item("correlation", found.correlation)?;
     result.set_item("scale", found.scale)?;
     result.set_item("rms", found.rms)?;
     result.set_item("rms_before", found.rms_before)?;
     let (error, known) = found.accuracy;
     result.set_item("accuracy", (known > 0).then_some(error))?;
-    let residuals: Vec<_> =
-        found.residuals.iter().map(|r| (r.row, r.what, r.value, r.studentised, r.outlier)).collect();
+    let misses: Vec<_> =
+        found.misses.iter().map(|own| (own.what.to_string(), own.before, own.fitted, own.measured)).collect();
+    result.set_item("misses", misses)?;
+    let residuals: Vec<_> = found
+        .residuals
+        .iter()
+        .map(|r| (r.row, r.what.to_string(), r.value, r.studentised, r.outlier))
+        .collect();
     result.set_item("residuals", residuals)?;
     Ok(result)
 }

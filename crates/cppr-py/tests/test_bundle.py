@@ -198,6 +198,24 @@ def test_it_is_calibrated() -> None:
     assert np.linalg.norm(fitted.solve().tip_position - robot.solve().tip_position) > 1e-3
 
 
+def test_friction_is_calibrated(tmp_path: Path) -> None:
+    robot = cppr.Robot.from_toml(ROOT / "robots/r1.toml")
+    rows = ["pull2_mm,driven,measured_tension2_N,sigma_N"]
+    for pull in (2.0, 5.0):
+        on, back = robot.solve(pull=pull * 1e-3).friction(0.25)
+        rows += [f"{pull},{way},{own['tension'][1]},1e-4" for way, own in (("on", on), ("back", back))]
+    data = tmp_path / "loops.csv"
+    data.write_text("\n".join(rows) + "\n")
+    fit = cppr.calibrate(robot, data, ["youngs_modulus", "friction"], friction=0.1)
+    assert abs(fit.values[1] / 0.25 - 1) < 1e-4 and fit.before[1] == 0.1 and fit.at_bounds == (False, False)
+    assert abs(fit.values[0] / fit.before[0] - 1) < 1e-4 and np.isnan(fit.rms)
+    (tension,) = fit.misses
+    assert tension.what == "tension2" and tension.before > 0.05 and tension.fitted < 1e-4
+    assert fit.residuals[0].what == "tension2" and "rms tension2" in repr(fit)
+    known = cppr.calibrate(robot, data, [], friction=0.25)
+    assert len(known.values) == 0 and known.misses[0].fitted < 1e-4
+
+
 def test_it_is_swept_with_its_designs(tmp_path: Path) -> None:
     robot = ROOT / "robots/bundles/uncut_ends.toml"
     output = tmp_path / "ends.npz"

@@ -19,7 +19,7 @@ from . import _processor  # before anything compiled
 from . import _analysis, _bundle, _frames, _inverse, _many, _plot, _show
 from ._analysis import Branch, Governing, Limits, RangeEnd, SafeRange, SectionLimit
 from ._bundle import Joint, Part, Shaft, Tube
-from ._calibrate import Calibration, Residual, calibrate
+from ._calibrate import Calibration, Misses, Residual, calibrate
 from ._cppr import Bundle, BundleEquilibrium, Equilibrium, Robot, Shape, __version__
 from ._design import (
     Material,
@@ -97,6 +97,7 @@ __all__ = [
     "Limits",
     "Load",
     "Material",
+    "Misses",
     "NoEquilibrium",
     "Normal",
     "NotchPattern",
