@@ -72,6 +72,10 @@ pub(crate) fn search(
                     Err(problem) => failure = Some(problem),
                 }
             }
+            if !damping.is_finite() {
+                let lost = FitProblem::Search("the derivatives lead nowhere".into());
+                return Err(failure.unwrap_or_else(|| problem.at(&at.place, lost)));
+            }
             damping *= growth;
             growth *= 2.0;
         };
