@@ -298,3 +298,25 @@ fn places_on_a_robot_that_rubs_are_labels_too() {
     let fit = fitted(&text("r1"), &csv, &[], Some(0.0)).unwrap();
     assert!(fit.rms < 2e-5, "{}", fit.rms);
 }
+
+#[test]
+fn wrong_efforts_and_bends_are_refused_line_by_line() {
+    for (csv, said) in [
+        ("pull2_mm,tension2_N,x_mm\n1,2,3\n", "line 2: tension2_N: the pull of tube 2 is given as well"),
+        ("driven,x_mm\nforth,1\n", "line 2: driven is on or back, not forth"),
+        ("bend_deg\n190\n", "line 2: bend_deg: 190 is not between 0 and 180"),
+        ("bend_deg,sigma_N\n10,0\n", "line 2: sigma_N: 0 is not positive"),
+        ("measured_torque3_Nmm\n1\n", "measured_torque3_Nmm: the robots have tubes 1 to 2"),
+        ("measured_pull2_mm,x_mm\n1,2\n", "there is no column measured_pull2_mm"),
+    ] {
+        let problems: Vec<String> = read(csv, 2).unwrap_err().iter().map(ToString::to_string).collect();
+        assert!(problems.len() == 1 && problems[0].contains(said), "{csv}: {problems:?}");
+    }
+    for (csv, said) in [
+        ("measured_tension1_N\n1\n2\n", "line 2: tube 1 of R1 stands still"),
+        ("tension2_N,bend_deg\n1,20\n1e4,30\n", "line 3: "),
+    ] {
+        let problem = fitted(&text("r1"), csv, &["youngs_modulus"], None).unwrap_err().to_string();
+        assert!(problem.contains(said), "{csv}: {problem}");
+    }
+}
