@@ -84,8 +84,11 @@ impl Integrated {
         (self.result, self.derived) = (None, None);
         let command = command_of(&asked.command);
         self.check(&command)?;
-        let found = match self.found.as_ref().filter(|_| warm) {
-            Some(start) => self.solver.solve_from(&command, start),
+        let found = match self.found.clone().filter(|_| warm) {
+            Some(mut found) => {
+                self.solver.solve_into(&command, &mut found);
+                found
+            }
             None => self.solver.solve(&command),
         };
         if let Some(label) = load_behind_plate(&command, &found) {
@@ -158,7 +161,9 @@ impl Integrated {
             cppr_value::Length => out.fill(found.length),
             cppr_value::TotalBend => out.fill(total_bend(&self.solver.shape(found, found.length / SECTIONS))),
             cppr_value::Error => {
-                let [tip, force] = found.error;
+                // A warm start leaves the error to those who ask for it.
+                let known = found.error[0].is_finite();
+                let [tip, force] = if known { found.error } else { self.solver.error(found) };
                 out.copy_from_slice(&[tip, force, f64::NAN]);
             }
             cppr_value::TipPosition => out.copy_from_slice(found.tip.as_slice()),
@@ -173,6 +178,11 @@ impl Integrated {
                         _ => own.torque,
                     };
                 }
+            }
+            cppr_value::Jacobian if self.derived.is_none() => {
+                // In rows.
+                let Some(jacobian) = self.solver.tip_jacobian(found) else { return false };
+                out.copy_from_slice(jacobian.transpose().as_slice());
             }
             cppr_value::Jacobian
             | cppr_value::JacobianBody

@@ -164,7 +164,11 @@ fn finish<E>(
         for (way, side) in ["driven on", "driven back"].into_iter().zip(sides) {
             let head = format!("friction {}", friction.coefficient);
             let Some(side) = side else {
-                line(&mut text, &head, &format!("no force was found that explains this if the motors were {way}"));
+                line(
+                    &mut text,
+                    &head,
+                    &format!("no force was found that explains this if the motors were {way}"),
+                );
                 continue;
             };
             let force = three(side.force.into(), 4);

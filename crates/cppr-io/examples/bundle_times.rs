@@ -1,5 +1,5 @@
 //! What a solve of robots with parts and joints costs, in microseconds on one core (the median of a control loop's): `cargo run --release -p cppr-io --example bundle_times`, in the
-//! repository's root. From rest with the error; then a control loop's steps of 0.01 mm and 0.1° from the last pose, the same with the Jacobian.
+//! repository's root; a name chooses one of them. From rest with the error; then a control loop's steps of 0.01 mm and 0.1° from the last pose, the same with the Jacobian.
 
 use cppr::bundle::Bundle;
 use cppr::bundle::solve::{BundleCommand, BundleSolver};
@@ -26,7 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{:<24}{:>12}{:>12}{:>16}{:>10}{:>10}",
         "robot", "from rest", "warm", "with Jacobian", "stable", "steps"
     );
-    for (name, motors) in ROBOTS {
+    let only = std::env::args().nth(1);
+    for (name, motors) in ROBOTS.into_iter().filter(|own| only.as_ref().is_none_or(|only| own.0 == only)) {
         let design = cppr_io::bundle_file::read_bundle(format!("robots/{name}.toml"))?;
         let bundle = Bundle::new(&design)?;
         let mut solver = BundleSolver::new(&bundle);

@@ -28,7 +28,7 @@ use crate::stiffness::read_stiffness;
 use crate::sudden::sudden_changes;
 use crate::tube_file::{self, Robot, Tube, check_nesting, notched, read_outline, uncut};
 use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
-use cppr::design::{Material, Outline, RobotDesign, TubeDesign};
+use cppr::design::{Material, Outline, TubeDesign};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
@@ -83,17 +83,8 @@ impl Described {
     pub fn integrated(self) -> (Self, Option<String>) {
         let Self::Robot(file) = &self else { return (self, None) };
         let Some(places) = sudden_changes(&file.design) else { return (self, None) };
-        (Self::Bundle(of_robot(&file.design)), Some(places))
+        (Self::Bundle(BundleDesign::from(&file.design)), Some(places))
     }
-}
-
-/// Tubes of one length, joined at the tip, as a bundle.
-#[must_use]
-pub fn of_robot(design: &RobotDesign) -> BundleDesign {
-    let mut bundle = BundleDesign::from(design);
-    // A tube alone is bonded to nothing.
-    bundle.joints.retain(|joint| joint.len() > 1);
-    bundle
 }
 
 /// Reads a file of either kind.

@@ -81,7 +81,7 @@ impl Bundle {
     /// The same robot without modes: integrated along its length.
     #[staticmethod]
     fn of(py: Python<'_>, robot: PyRef<'_, Robot>) -> PyResult<Self> {
-        Self::build(py, bundle_file::of_robot(robot.shared.robot.design()))
+        Self::build(py, robot.shared.robot.design().into())
     }
 
     /// Name.
@@ -134,11 +134,7 @@ impl Bundle {
             let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
             match start {
                 None => solver.solve(&command),
-                Some(start) => {
-                    // Stability is counted from rest.
-                    solver.solve(&solver.held());
-                    solver.solve_from(&command, start)
-                }
+                Some(start) => solver.solve_from(&command, start),
             }
         });
         if !found.converged {
@@ -312,7 +308,7 @@ impl BundleEquilibrium {
 
     /// What stands for an equilibrium of a robot of tubes of one length, its stability counted from rest.
     pub fn of(design: &RobotDesign, own: Integrated, stretch: bool) -> Self {
-        let design = Arc::new(bundle_file::of_robot(design));
+        let design = Arc::new(design.into());
         let found = own.solver().solve_from(own.equilibrium.command(), &own.equilibrium);
         Self { bundle: own.bundle, design, found, stretch }
     }

@@ -47,8 +47,7 @@ pub fn calibrate<'py>(
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
     let friction = friction.map(|coefficient| rubbing::friction(coefficient, guide)).transpose()?;
-    let found =
-        stoppable(py, |stop| fit(&designs, &measurements, &list, friction, Some(Arc::clone(stop))))?;
+    let found = stoppable(py, |stop| fit(&designs, &measurements, &list, friction, Some(Arc::clone(stop))))?;
     let found = found.map_err(|problem| refuse(problem.to_string()))?;
     let fitted = found
         .designs

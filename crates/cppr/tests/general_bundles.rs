@@ -223,6 +223,13 @@ fn a_control_loop_finds_what_is_found_from_rest() {
                 let size = 1e-5 * (1.0 + other.force.abs());
                 assert!((own.force - other.force).abs() < size, "{} at {step}", design.name);
             }
+            // The derivatives that led there, and the sections at the ends of its steps, are its own.
+            if let (Some(own), Some(other)) = (solver.tip_jacobian(&found), fresh.tip_jacobian(&whole)) {
+                let off = (&own - &other).norm() / other.norm();
+                assert!(off < 1e-4, "{} at {step}: Jacobians differ by {off:e}", design.name);
+            }
+            let last = solver.shape(&found, f64::INFINITY).pop().unwrap().centre;
+            assert!((last - found.tip).norm() < 1e-7 * bundle.length(), "{} at {step}", design.name);
         }
         // Far away, with a motor turned by more than a quarter, it goes on in steps.
         solver.solve_into(&first, &mut found);

@@ -82,8 +82,10 @@ impl From<&RobotDesign> for BundleDesign {
             let part = Part { length: *length, body: body.clone(), rest_curvature: 0.0, rest_direction: 0.0 };
             TubeParts::new(vec![part], None)
         };
-        let joint = (0..tubes.len()).map(|tube| (tube, *length)).collect();
-        Self { name: name.clone(), tubes: tubes.iter().map(whole).collect(), joints: vec![joint] }
+        // A tube alone is bonded to nothing.
+        let joint: Vec<_> = (0..tubes.len()).map(|tube| (tube, *length)).collect();
+        let joints = if joint.len() > 1 { vec![joint] } else { Vec::new() };
+        Self { name: name.clone(), tubes: tubes.iter().map(whole).collect(), joints }
     }
 }
 

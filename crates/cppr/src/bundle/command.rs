@@ -73,6 +73,13 @@ impl BundleCommand {
         }
     }
 
+    /// Is the same prescribed of every tube as in another command?
+    pub(super) fn driven_as(&self, other: &Self) -> bool {
+        let same = |a: Drive, b: Drive| a.is_motion() == b.is_motion();
+        let both = self.drives.iter().zip(&other.drives);
+        both.into_iter().all(|(a, b)| same(a.translation, b.translation) && same(a.rotation, b.rotation))
+    }
+
     /// Which part of the way from another command turns no motor by more than [`LONGEST_TURN`].
     pub(super) fn share_of_turn(&self, start: &Self) -> f64 {
         let drives = self.drives.iter().zip(&start.drives);

@@ -14,7 +14,7 @@
 //! it. Over all tubes Σ q = 0, which tells how exact the forces are. Where fields jump, at the plate, at joints and tips, shear jumps: there stand point forces.
 
 use super::flow::{Carried, Flow, Section};
-use super::number::Dual;
+use super::number::{Dual, Number};
 use super::prepared::array;
 use super::rubbing::{Side, slopes};
 use super::section::{Tube, TubeState, Unbalanced};
@@ -211,9 +211,9 @@ fn thinned(cuts: Vec<Cut>, close: f64) -> Vec<Cut> {
 
 fn cut(section: &Section<f64>) -> Result<Cut, Unbalanced> {
     let flow = section.flow;
-    let mut along: Flow<Dual<1>> = flow.along()?;
+    let mut along: Flow<Dual<2>> = flow.along()?;
     let ([wy, wz], carried) = along.carried()?;
-    let (omega, command) = ([wy.value, wz.value], flow.command);
+    let (omega, command) = ([wy.value(), wz.value()], flow.command);
     let [x, y, z] = columns(flow.pose().1);
     let mut cut = Cut {
         passed: flow.passed,
@@ -239,7 +239,7 @@ fn cut(section: &Section<f64>) -> Result<Cut, Unbalanced> {
         cut.sides.push(Side { label: values[0], angle: values[2], advance, twist });
         let Carried { axial, moment: [about, my, mz], mass, arm } = own;
         let gravity = command.gravity.unwrap_or_default();
-        let [gx, gy, gz] = [x, y, z].map(|axis| dot(axis, gravity) * mass.value);
+        let [gx, gy, gz] = [x, y, z].map(|axis| dot(axis, gravity) * mass.value());
         let mut weight = [gy, gz];
         if tube == 0 {
             for &number in &flow.distributed {
@@ -247,13 +247,13 @@ fn cut(section: &Section<f64>) -> Result<Cut, Unbalanced> {
                 weight = [weight[0] + advance * dot(force, y), weight[1] + advance * dot(force, z)];
             }
         }
-        let couple = [arm[1].value * gx, -arm[0].value * gx];
+        let couple = [arm[1].value() * gx, -arm[0].value() * gx];
         cut.shear.push([
-            -(mz.slopes[0] - about.value * omega[0]) - couple[1],
-            my.slopes[0] + about.value * omega[1] + couple[0],
+            -(mz.slopes()[0] - about.value() * omega[0]) - couple[1],
+            my.slopes()[0] + about.value() * omega[1] + couple[0],
         ]);
-        cut.axial.push(axial.value);
-        cut.moment.push([my.value, mz.value]);
+        cut.axial.push(axial.value());
+        cut.moment.push([my.value(), mz.value()]);
         cut.weight.push(weight);
     }
     Ok(cut)

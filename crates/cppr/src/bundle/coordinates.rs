@@ -7,7 +7,7 @@
 //! backwards, where what has grown decays.
 
 use super::number::Number;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Slopes in scaled variables beyond which coordinates are exchanged.
 const GROWN: f64 = 1e3;
@@ -65,6 +65,11 @@ impl Coordinates {
         self.exchanges.truncate(mark.exchanges);
     }
 
+    /// Coordinates that were taken away, with the number of exchanges.
+    pub fn gone(&self) -> Vec<usize> {
+        self.gone.iter().copied().chain([self.stage()]).collect()
+    }
+
     /// Number of exchanges so far.
     pub fn stage(&self) -> usize {
         self.exchanges.len()
@@ -74,11 +79,6 @@ impl Coordinates {
     pub fn leave<S: Number>(&mut self, left: S, unit: f64) {
         let slopes = left.slopes().iter().map(|s| s / unit).collect();
         self.conditions.push(Left { value: left.value() / unit, slopes });
-    }
-
-    /// What is left of every condition.
-    pub fn values(&self) -> DVector<f64> {
-        DVector::from_iterator(self.conditions.len(), self.conditions.iter().map(|own| own.value))
     }
 
     /// Greatest of what is left.

@@ -4,10 +4,12 @@ use super::command::BundleCommand;
 use super::frame::Unknowns;
 use super::load_path::PathEnd;
 use super::prepared::Lengthening;
+use super::sensitivity::Slopes;
 use super::steps::Steps;
 use crate::solve::{Reason, Status};
 use crate::statics::Station;
 use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
 
 /// Label (m) of a load that acts on what was drawn in behind the plate, if there is one.
 #[must_use]
@@ -58,7 +60,7 @@ pub struct BundleEquilibrium {
     pub steps: usize,
     /// Newton steps.
     pub iterations: usize,
-    /// How far tip (m) and forces (N) move when every step is halved.
+    /// How far tip (m) and forces (N) move when every step is halved; NaN where that was not tried, see [`error`](super::solve::BundleSolver::error).
     pub error: [f64; 2],
     /// How its tubes give way along their lengths.
     pub(super) lengthening: Lengthening,
@@ -66,6 +68,9 @@ pub struct BundleEquilibrium {
     /// States at the ends of the steps.
     pub(super) between: Steps,
     pub(super) command: BundleCommand,
+    /// To first order next to it, where it was found so.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(super) slopes: Option<Arc<Slopes>>,
 }
 
 impl BundleEquilibrium {

@@ -9,7 +9,7 @@ use super::number::{Dual, Number};
 use super::prepared::{Applied, Prepared, array};
 use super::rubbing::Side;
 use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
-use super::vector::{columns, cross, dot, sum};
+use super::vector::{columns, cross, dot, first_column, sum};
 
 /// Numbers of the pose, and of the loads.
 pub(crate) const POSE: usize = 7;
@@ -49,6 +49,9 @@ pub(crate) struct Flow<'a, S> {
     /// Where ω was found last.
     omega: [f64; 2],
     scratch: Scratch<'a, S>,
+    /// Slopes at the stages of a step, and where the next one is evaluated; kept from one span to the next.
+    pub stages: Vec<S>,
+    pub trial: Vec<S>,
 }
 
 /// What a wrench does to the section that it acts on.
@@ -73,6 +76,8 @@ impl<'a, S: Number> Flow<'a, S> {
             load,
             omega: [0.0; 2],
             scratch: Scratch::default(),
+            stages: Vec::new(),
+            trial: Vec::new(),
         }
     }
 
@@ -90,11 +95,6 @@ impl<'a, S: Number> Flow<'a, S> {
         self.present.remove(place);
         self.pieces.remove(place);
         self.values.drain(4 * place..4 * place + 4);
-    }
-
-    fn state(values: &[S], place: usize) -> TubeState<S> {
-        let [label, tension, angle, torque] = [0, 1, 2, 3].map(|i| values[4 * place + i]);
-        TubeState { label, tension, angle, torque }
     }
 
     /// Length of the centreline so far (m).
@@ -136,11 +136,12 @@ impl<'a, S: Number> Flow<'a, S> {
     /// The tubes at given values, and the moment that they balance, in the untwisted frame.
     fn section(&self, values: &[S], scratch: &mut Scratch<'a, S>) -> ([S; 2], Option<Pose<S>>) {
         let command = self.command;
-        let pose = self.posed.then(|| self.pose_in(values));
-        let frame = pose.map(|(centre, turn)| (centre, columns(turn)));
-        let zero = S::constant(0.0);
-        let mut moment = [zero; 2];
-        if let (true, Some((centre, [_, y, z]))) = (command.loaded, frame) {
+        let frame = (self.posed && command.loaded).then(|| {
+            let (centre, turn) = self.pose_in(values);
+            (centre, columns(turn))
+        });
+        let mut moment = [S::constant(0.0); 2];
+        if let Some((centre, [_, y, z])) = frame {
             let (force, about) = self.loads_in(values);
             let arm = cross(centre, force);
             let own = [about[0] - arm[0], about[1] - arm[1], about[2] - arm[2]];
@@ -154,24 +155,27 @@ impl<'a, S: Number> Flow<'a, S> {
             _ => None,
         };
         scratch.tubes.clear();
-        scratch.inputs.clear();
+        scratch.weights.clear();
+        scratch.first = None;
         for (place, (&tube, piece)) in self.present.iter().zip(&self.pieces).enumerate() {
-            let mut state = Self::state(values, place);
-            if let (0, Some((centre, _))) = (tube, frame) {
+            let own = &values[4 * place..4 * place + 4];
+            let mut state = TubeState {
+                label: own[0].value(),
+                tension: own[1].value(),
+                angle: own[2].value(),
+                torque: own[3].value(),
+            };
+            // The leader is the first of those that are there.
+            if let (0, Some((centre, _)), false) = (tube, &frame, self.distributed.is_empty()) {
+                let mut tension = own[1];
                 for &number in &self.distributed {
                     let force = array(&command.distributed[number].force).map(|f| self.load * f);
-                    state.tension = state.tension - dot(force, centre);
+                    tension = tension - dot(force, *centre);
                 }
+                state.tension = tension.value();
+                scratch.first = Some([own[0], tension, own[2], own[3]]);
             }
-            let [height, y, z] = weight.map_or([zero; 3], |w| [w.height, w.across[0], w.across[1]]);
-            let TubeState { label, tension, angle, torque } = state;
-            scratch.inputs.push([label, tension, angle, torque, zero, zero, height, y, z]);
-            let state = TubeState {
-                label: label.value(),
-                tension: tension.value(),
-                angle: angle.value(),
-                torque: torque.value(),
-            };
+            scratch.weights.extend(weight.map(|w| [w.height, w.across[0], w.across[1]]));
             let weight =
                 weight.map(|w| Weight { height: w.height.value(), across: w.across.map(Number::value) });
             scratch.tubes.push(Tube::new(piece, state, weight, command.lengthening.stretch));
@@ -203,7 +207,7 @@ impl<'a, S: Number> Flow<'a, S> {
         let tail = 4 * scratch.tubes.len();
         let (mut mass, mut arm) = (zero, [zero; 2]);
         let mut leader = zero;
-        let found = balance(&mut scratch, moment, guess, |place, own: &Seen<S>| {
+        let found = balance(&mut scratch, values, moment, guess, |place, own: &Seen<S>| {
             out[4 * place] = own.advance();
             out[4 * place + 1] = -own.by_label();
             out[4 * place + 2] = own.twist();
@@ -221,15 +225,17 @@ impl<'a, S: Number> Flow<'a, S> {
         let [wy, wz] = found?;
         self.rub(values, out);
         out[tail] = S::constant(1.0);
-        if let Some((centre, [x, y, z])) = frame {
-            out[tail + 1..tail + 4].copy_from_slice(&x);
-            let (_, [qw, qx, qy, qz]) = self.pose_in(values);
+        if self.posed {
+            let (_, turn) = self.pose_in(values);
+            let tangent = frame.map_or_else(|| first_column(&turn), |(_, [x, ..])| x);
+            out[tail + 1..tail + 4].copy_from_slice(&tangent);
+            let [qw, qx, qy, qz] = turn;
             // q' = ½ q ∘ (0, 0, ω_y, ω_z).
             out[tail + 4] = -(qy * wy + qz * wz) * 0.5;
             out[tail + 5] = (qy * wz - qz * wy) * 0.5;
             out[tail + 6] = (qw * wy - qx * wz) * 0.5;
             out[tail + 7] = (qw * wz + qx * wy) * 0.5;
-            if self.command.loaded {
+            if let Some((centre, [_, y, z])) = frame {
                 let mut force = [zero; 3];
                 let mut moment = [zero; 3];
                 if let Some(gravity) = self.command.gravity {
@@ -305,7 +311,7 @@ impl<'a, S: Number> Flow<'a, S> {
         let (moment, _) = self.section(&self.values, &mut scratch);
         let mut omega = self.omega;
         let mut energy = S::constant(0.0);
-        let found = balance(&mut scratch, moment, &mut omega, |place, own| {
+        let found = balance(&mut scratch, &self.values, moment, &mut omega, |place, own| {
             energy += own.energy();
             each(place, own);
         });
@@ -400,12 +406,12 @@ pub(crate) struct Carried<S> {
 
 impl<'a> Flow<'a, f64> {
     /// The same place in numbers with slopes by the length s.
-    pub fn along(&self) -> Result<Flow<'a, Dual<1>>, Unbalanced> {
+    pub fn along(&self) -> Result<Flow<'a, Dual<2>>, Unbalanced> {
         let mut own = self.at(self.values.clone());
         let mut slopes = vec![0.0; self.values.len()];
         own.slopes(None, &mut slopes)?;
         let numbers = self.values.iter().zip(slopes);
-        Ok(self.at(numbers.map(|(value, slope)| Dual { value: *value, slopes: [slope] }).collect()))
+        Ok(self.at(numbers.map(|(value, slope)| Dual::new(*value, |_| slope)).collect()))
     }
 
     fn at<S: Number>(&self, values: Vec<S>) -> Flow<'a, S> {

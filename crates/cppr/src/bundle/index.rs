@@ -34,6 +34,7 @@ const INTERVALS: f64 = 32.0;
 const STEPS: f64 = 8.0;
 /// θ, τ and a turn about the tangent.
 const MOVES: usize = 7;
+const LANES: usize = 1 + MOVES;
 /// Pivots below this are none, in rows of size one.
 const NOTHING: f64 = 1e-11;
 /// A pivot is a single one where it is at least this part of what stands off the diagonal: (1 + √17)/8.
@@ -357,10 +358,10 @@ impl Count {
         let across = [0, 1, 2].map(|i| [b_y[i] * cos + b_z[i] * sin, b_z[i] * cos - b_y[i] * sin]);
         let axes = [t, across.map(|a| a[0]), across.map(|a| a[1])];
         // Moved by θ and τ, and turned about the tangent by ζ.
-        let turn = [0, 1, 2].map(|i| Dual::<MOVES>::input(0.0, i));
+        let turn = [0, 1, 2].map(|i| Dual::<LANES>::input(0.0, i));
         let shift = [3, 4, 5].map(|i| Dual::input(0.0, i) * length);
         let spin = sum(turn, t.map(Dual::constant).map(|c| c * Dual::input(0.0, 6)));
-        let moved = |v: [f64; 3], by: [Dual<MOVES>; 3]| {
+        let moved = |v: [f64; 3], by: [Dual<LANES>; 3]| {
             let v = v.map(Dual::constant);
             sum(v, cross(by, v))
         };
@@ -373,7 +374,7 @@ impl Count {
         let column = |i: usize| if i < 6 { at + i } else { own };
         for i in 0..MOVES {
             for j in 0..MOVES {
-                let work: f64 = pull.iter().zip(&point).map(|(f, p)| f.slopes[i] * p.slopes[j]).sum();
+                let work: f64 = pull.iter().zip(&point).map(|(f, p)| f.slopes()[i] * p.slopes()[j]).sum();
                 self.form[(column(i), column(j))] += 0.5 * weight * work;
                 self.form[(column(j), column(i))] += 0.5 * weight * work;
             }
@@ -576,5 +577,50 @@ fn subtract(y: &mut [f64], a: f64, x: &[f64]) {
         for (y, x) in y.iter_mut().zip(x) {
             *y -= a * x;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::eliminate;
+    use nalgebra::{DMatrix, DVector};
+
+    fn negative(form: &DMatrix<f64>) -> usize {
+        if form.is_empty() {
+            return 0;
+        }
+        form.clone().symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count()
+    }
+
+    /// Negative eigenvalues of the pivots and of what is left add up to those of the whole, whatever the units of its rows are, and with nothing on the diagonal too.
+    #[test]
+    fn pivots_have_as_many_negative_eigenvalues_as_they_take_away() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 40) as f64 / f64::from(1 << 24) - 0.5
+        };
+        let mut seen = [0; 3];
+        for case in 0..300 {
+            let (n, kept) = (2 + case % 9, case % 3);
+            let units = DVector::from_fn(n, |_, _| (20.0 * random()).exp());
+            let mut form = DMatrix::zeros(n, n);
+            for i in 0..n {
+                for j in 0..=i {
+                    let value = if i == j && case % 2 == 0 { 0.0 } else { random() };
+                    (form[(i, j)], form[(j, i)]) = (value, value);
+                }
+            }
+            let all = negative(&form);
+            let mut left = DMatrix::from_fn(n, n, |i, j| units[i] * units[j] * form[(i, j)]);
+            let Some(taken) = eliminate(&mut left, kept) else { continue };
+            assert_eq!(left.shape(), (kept, kept));
+            // The rows that stay keep their units.
+            let own = DMatrix::from_fn(kept, kept, |i, j| left[(i, j)] / (units[i] * units[j]));
+            assert_eq!(taken + negative(&own), all, "case {case}: {form}");
+            seen[kept] += 1;
+        }
+        assert!(seen.iter().all(|count| *count > 90), "{seen:?}");
+        assert_eq!(eliminate(&mut DMatrix::zeros(2, 2), 0), None);
     }
 }

@@ -34,6 +34,11 @@ impl Guess {
         Self { last: (0.0, unknowns, steps), before: None }
     }
 
+    /// How far a share of the way is from the last.
+    pub fn way_to(&self, share: f64) -> f64 {
+        share - self.last.0
+    }
+
     /// On the line through both.
     pub fn at(&self, frame: &Frame, share: f64) -> (Vec<f64>, Steps) {
         let (reached, unknowns, between) = &self.last;

@@ -10,7 +10,6 @@
 
 mod build;
 mod check;
-mod chord;
 mod command;
 mod contact;
 mod coordinates;
@@ -35,6 +34,7 @@ mod shape;
 pub mod solve;
 mod steps;
 mod tableau;
+mod track;
 mod vector;
 mod walk;
 

@@ -8,10 +8,12 @@ use super::walk::{Lost, Walk};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Most unknowns and inputs at once; a bundle with more is not solved, and says so.
-pub(super) const MOST: usize = 48;
+pub(super) const MOST: usize = 51;
 /// Newton's method ends with the step that is below this (scaled) in a solve. The states between have a greater rounding.
 pub(super) const SETTLED: f64 = 1e-9;
 pub(super) const BETWEEN: f64 = 100.0;
+/// The same towards an equilibrium that is near already: what is left is of its square.
+pub(super) const SETTLED_NEAR: f64 = 1e-5;
 /// Longest Newton step, in scaled unknowns.
 pub(super) const LONGEST: f64 = 20.0;
 /// Singular values below this part of the greatest are zero.
@@ -43,32 +45,33 @@ pub(super) struct Found {
     pub steps: Steps,
     pub determinant: f64,
     pub iterations: usize,
+    /// How many steps had to be shortened.
+    pub shortened: usize,
 }
 
 impl Tangent {
     pub fn new(frame: &Frame, unknowns: &[f64], walk: &Walk, steps: &mut Steps) -> Result<Self, Lost> {
         match unknowns.len() + usize::from(frame.rates.is_some()) + 1 {
-            0..=5 => Self::with::<5>(frame, unknowns, walk, steps),
-            6..=8 => Self::with::<8>(frame, unknowns, walk, steps),
-            9..=12 => Self::with::<12>(frame, unknowns, walk, steps),
-            13..=16 => Self::with::<16>(frame, unknowns, walk, steps),
-            17..=24 => Self::with::<24>(frame, unknowns, walk, steps),
-            25..=MOST => Self::with::<MOST>(frame, unknowns, walk, steps),
+            0..=7 => Self::with::<8>(frame, unknowns, walk, steps),
+            8..=11 => Self::with::<12>(frame, unknowns, walk, steps),
+            12..=15 => Self::with::<16>(frame, unknowns, walk, steps),
+            16..=23 => Self::with::<24>(frame, unknowns, walk, steps),
+            24..=MOST => Self::with::<{ 1 + MOST }>(frame, unknowns, walk, steps),
             _ => Err(Lost::Steps),
         }
     }
 
-    fn with<const P: usize>(
+    fn with<const N: usize>(
         frame: &Frame,
         unknowns: &[f64],
         walk: &Walk,
         steps: &mut Steps,
     ) -> Result<Self, Lost> {
-        let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
+        let inputs: Vec<Dual<N>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
         let fraction = unknowns.len();
-        let moving = |value: f64, rate: f64| Dual::<P>::input(0.0, fraction) * rate + value;
+        let moving = |value: f64, rate: f64| Dual::<N>::input(0.0, fraction) * rate + value;
         let still = || frame.drives().into_iter().map(|pair| pair.map(Dual::constant)).collect();
-        let (drives, load, width): (Vec<[Dual<P>; 2]>, _, _) = match &frame.rates {
+        let (drives, load, width): (Vec<[Dual<N>; 2]>, _, _) = match &frame.rates {
             None => (still(), Dual::constant(frame.load), fraction),
             Some(rates) => {
                 let own = |(pair, rate): ([f64; 2], &[f64; 2])| [0, 1].map(|k| moving(pair[k], rate[k]));
@@ -86,10 +89,10 @@ impl Tangent {
             residual: DVector::from_vec(residual),
             matrix,
             determinant: coordinates.determinant,
-            tip: Vector3::from(outcome.centre.map(|c| c.value + c.slopes[P - 1])),
+            tip: Vector3::from(outcome.centre.map(|c| c.value() + c.slopes()[N - 2])),
             pose_slopes: DMatrix::from_fn(6, width, |i, j| match i {
-                0..3 => outcome.centre[i].slopes[j] / length,
-                _ => along[i - 3].slopes[j],
+                0..3 => outcome.centre[i].slopes()[j] / length,
+                _ => along[i - 3].slopes()[j],
             }),
             defect: coordinates.greatest().max(steps.defect),
         })
@@ -163,13 +166,13 @@ pub(super) fn newton(
     steps.adapt = true;
     let mut here = Point::new(frame, walk, start, steps)?;
     let walk = &Walk { course: None, ..*walk };
-    let mut crossings = 0;
+    let (mut crossings, mut shortened) = (0, 0);
     for iterations in 1..=most {
         let size = here.greatest();
         if here.size[0] <= settled && here.size[1] <= BETWEEN * settled {
             let (unknowns, mut steps) = here.moved(1.0);
             steps.settle();
-            return Ok(Found { unknowns, steps, determinant: here.determinant, iterations });
+            return Ok(Found { unknowns, steps, determinant: here.determinant, iterations, shortened });
         }
         let mut factor = f64::min(1.0, LONGEST / size);
         loop {
@@ -180,6 +183,7 @@ pub(super) fn newton(
                 let crosses = crossings < CROSSINGS && next.steps.keys() != here.steps.keys();
                 if crosses || next.greatest() <= enough * size || next.defect <= enough * here.defect {
                     crossings += usize::from(crosses);
+                    shortened += usize::from(factor < 1.0);
                     here = next;
                     break;
                 }

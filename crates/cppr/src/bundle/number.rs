@@ -1,6 +1,6 @@
 //! Numbers that the integration runs on: plain ones, and ones that carry their derivatives along.
 //!
-//! `Dual<P>` holds a value and its slopes by P inputs; every operation follows the rules of differentiation, so that an
+//! `Dual<N>` holds a value and its slopes by N − 1 inputs; every operation follows the rules of differentiation, so that an
 //! integration with it gives the solution and its exact sensitivities at once. `num-dual` has the same arithmetic, with an optional
 //! block of slopes whose branches keep the compiler from using vector instructions.
 
@@ -34,8 +34,15 @@ pub(crate) trait Number:
     /// f(self), given value and slope of f at the value.
     fn chain(self, value: f64, slope: f64) -> Self;
 
+    /// Adds factor · other.
+    fn add_scaled(&mut self, factor: f64, other: &Self);
+
     /// self + factor · other.
-    fn plus(self, factor: f64, other: Self) -> Self;
+    #[inline]
+    fn plus(mut self, factor: f64, other: Self) -> Self {
+        self.add_scaled(factor, &other);
+        self
+    }
 
     /// The number with another value. By how much it differs is added to the last slope, see [`steps`](super::steps).
     fn moved_to(self, value: f64) -> Self;
@@ -45,8 +52,21 @@ pub(crate) trait Number:
 
     fn slopes_mut(&mut self) -> &mut [f64];
 
+    /// Adds factor times the slopes of another number to those of this one.
+    fn add_slopes(&mut self, factor: f64, other: &Self);
+
     /// A function of numbers, given its value and its slopes by them.
-    fn combine(value: f64, weights: &[f64], numbers: &[Self]) -> Self;
+    #[inline]
+    fn combine<'a>(value: f64, slopes: &[f64], numbers: impl IntoIterator<Item = &'a Self>) -> Self
+    where
+        Self: 'a,
+    {
+        let mut own = Self::constant(value);
+        for (slope, number) in slopes.iter().zip(numbers).filter(|(slope, _)| **slope != 0.0) {
+            own.add_slopes(*slope, number);
+        }
+        own
+    }
 
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value().sin_cos();
@@ -82,8 +102,8 @@ impl Number for f64 {
         value
     }
 
-    fn plus(self, factor: f64, other: Self) -> Self {
-        self + factor * other
+    fn add_scaled(&mut self, factor: f64, other: &Self) {
+        *self += factor * other;
     }
 
     fn moved_to(self, value: f64) -> Self {
@@ -98,168 +118,168 @@ impl Number for f64 {
         &mut []
     }
 
-    fn combine(value: f64, _: &[f64], _: &[Self]) -> Self {
-        value
-    }
+    fn add_slopes(&mut self, _: f64, _: &Self) {}
 }
 
-/// A value and its slopes by P inputs.
+/// A value and its slopes by N − 1 inputs: all in one row, so that vector instructions take them together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Dual<const P: usize> {
-    pub value: f64,
-    pub slopes: [f64; P],
-}
+#[repr(align(32))]
+pub(crate) struct Dual<const N: usize>([f64; N]);
 
-impl<const P: usize> Dual<P> {
+impl<const N: usize> Dual<N> {
     /// Input number `which`.
     pub fn input(value: f64, which: usize) -> Self {
-        Self { value, slopes: from_fn(|i| if i == which { 1.0 } else { 0.0 }) }
+        Self::new(value, |i| if i == which { 1.0 } else { 0.0 })
+    }
+
+    /// From its slopes by every input.
+    pub fn new(value: f64, slope: impl Fn(usize) -> f64) -> Self {
+        Self(from_fn(|i| i.checked_sub(1).map_or(value, &slope)))
+    }
+
+    #[inline]
+    fn with_value(mut self, value: f64) -> Self {
+        self.0[0] = value;
+        self
     }
 }
 
-impl<const P: usize> Field for Dual<P> {
+impl<const N: usize> Field for Dual<N> {
     #[inline]
     fn one_minus(self) -> Self {
-        self.chain(1.0 - self.value, -1.0)
+        self.chain(1.0 - self.value(), -1.0)
     }
 
     #[inline]
     fn inverse(self) -> Self {
-        let inverse = 1.0 / self.value;
+        let inverse = 1.0 / self.value();
         self.chain(inverse, -inverse * inverse)
     }
 }
 
-impl<const P: usize> Number for Dual<P> {
+impl<const N: usize> Number for Dual<N> {
+    #[inline]
     fn constant(value: f64) -> Self {
-        Self { value, slopes: [0.0; P] }
+        Self([0.0; N]).with_value(value)
     }
 
+    #[inline]
     fn value(self) -> f64 {
-        self.value
+        self.0[0]
     }
 
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, slopes: self.slopes.map(|s| slope * s) }
+        (self * slope).with_value(value)
     }
 
     #[inline]
-    fn plus(mut self, factor: f64, other: Self) -> Self {
-        self.value += factor * other.value;
-        for (own, other) in self.slopes.iter_mut().zip(&other.slopes) {
+    fn add_scaled(&mut self, factor: f64, other: &Self) {
+        for (own, other) in self.0.iter_mut().zip(&other.0) {
             *own += factor * other;
         }
-        self
     }
 
     fn moved_to(mut self, value: f64) -> Self {
-        if let Some(last) = self.slopes.last_mut() {
-            *last += self.value - value;
-        }
-        self.value = value;
-        self
+        self.0[N - 1] += self.value() - value;
+        self.with_value(value)
     }
 
     fn slopes(&self) -> &[f64] {
-        &self.slopes
+        &self.0[1..]
     }
 
     fn slopes_mut(&mut self) -> &mut [f64] {
-        &mut self.slopes
+        &mut self.0[1..]
     }
 
     #[inline]
-    fn combine(value: f64, weights: &[f64], numbers: &[Self]) -> Self {
-        let mut slopes = [0.0; P];
-        for (weight, number) in weights.iter().zip(numbers) {
-            for (own, slope) in slopes.iter_mut().zip(&number.slopes) {
-                *own += weight * slope;
-            }
-        }
-        Self { value, slopes }
+    fn add_slopes(&mut self, factor: f64, other: &Self) {
+        let value = self.value();
+        self.add_scaled(factor, other);
+        self.0[0] = value;
     }
 }
 
-impl<const P: usize> Add for Dual<P> {
+impl<const N: usize> Add for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn add(self, other: Self) -> Self {
-        self.plus(1.0, other)
+        Self(from_fn(|i| self.0[i] + other.0[i]))
     }
 }
 
-impl<const P: usize> AddAssign for Dual<P> {
+impl<const N: usize> AddAssign for Dual<N> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<const P: usize> Sub for Dual<P> {
+impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn sub(self, other: Self) -> Self {
-        self.plus(-1.0, other)
+        Self(from_fn(|i| self.0[i] - other.0[i]))
     }
 }
 
-impl<const P: usize> Mul for Dual<P> {
+impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
 
     #[inline]
     #[allow(clippy::suspicious_arithmetic_impl)] // The rule for products adds.
     fn mul(self, other: Self) -> Self {
-        let (a, b) = (self.value, other.value);
-        Self { value: a * b, slopes: from_fn(|i| a * other.slopes[i] + b * self.slopes[i]) }
+        let (a, b) = (self.value(), other.value());
+        Self(from_fn(|i| a * other.0[i] + b * self.0[i])).with_value(a * b)
     }
 }
 
-impl<const P: usize> Div for Dual<P> {
+impl<const N: usize> Div for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn div(self, other: Self) -> Self {
-        let inverse = 1.0 / other.value;
-        let value = self.value * inverse;
-        Self { value, slopes: from_fn(|i| (self.slopes[i] - value * other.slopes[i]) * inverse) }
+        let inverse = 1.0 / other.value();
+        let value = self.value() * inverse;
+        Self(from_fn(|i| (self.0[i] - value * other.0[i]) * inverse)).with_value(value)
     }
 }
 
-impl<const P: usize> Neg for Dual<P> {
+impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
+        Self(self.0.map(|own| -own))
     }
 }
 
-impl<const P: usize> Add<f64> for Dual<P> {
+impl<const N: usize> Add<f64> for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn add(self, other: f64) -> Self {
-        Self { value: self.value + other, ..self }
+        self.with_value(self.value() + other)
     }
 }
 
-impl<const P: usize> Sub<f64> for Dual<P> {
+impl<const N: usize> Sub<f64> for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn sub(self, other: f64) -> Self {
-        Self { value: self.value - other, ..self }
+        self.with_value(self.value() - other)
     }
 }
 
-impl<const P: usize> Mul<f64> for Dual<P> {
+impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
 
     #[inline]
     fn mul(self, other: f64) -> Self {
-        self.chain(self.value * other, other)
+        Self(self.0.map(|own| own * other))
     }
 }

@@ -203,8 +203,10 @@ mod tests {
         let rows: Vec<_> =
             at.iter().map(|x| (0, *x, [quartic(*x)])).chain([(1, 0.8, [9.0]), (1, 1.0, [9.0])]).collect();
         let table = Table::new(&rows);
-        let [inside] = table.at(0, Dual::<1>::input(0.3, 0));
-        assert!((inside.value() - quartic(0.3)).abs() < 1e-4 && (inside.slopes[0] - slope(0.3)).abs() < 1e-2);
+        let [inside] = table.at(0, Dual::<2>::input(0.3, 0));
+        assert!(
+            (inside.value() - quartic(0.3)).abs() < 1e-4 && (inside.slopes()[0] - slope(0.3)).abs() < 1e-2
+        );
         assert!(
             (table.at(1, 0.8)[0] - 9.0).abs() < 1e-12 && (table.at(0, 0.8)[0] - quartic(0.8)).abs() < 1e-12
         );

@@ -188,8 +188,6 @@ pub(crate) struct Unbalanced;
 /// What a tube's contribution depends on, in this order: label, tension, angle, torque, ω_y, ω_z, then what its weight depends on:
 /// height, across y and z.
 pub(crate) const INPUTS: usize = 9;
-/// The same without weight.
-const UNWEIGHTED: usize = 6;
 
 /// A tube's contribution and its slopes by its inputs.
 pub(crate) struct Local {
@@ -197,10 +195,9 @@ pub(crate) struct Local {
     slopes: Slopes,
 }
 
-/// Slopes of a contribution, and by how many inputs.
+/// Slopes of a contribution.
 struct Slopes {
     rows: [[f64; INPUTS]; OUTPUTS],
-    used: usize,
 }
 
 /// How many numbers a contribution has.
@@ -216,10 +213,11 @@ impl<L: Number> Contribution<L> {
 impl Local {
     fn of<L: Number>(found: &Contribution<L>) -> Self {
         let all = found.numbers();
-        let mut slopes = Slopes { rows: [[0.0; INPUTS]; OUTPUTS], used: 0 };
+        let mut slopes = Slopes { rows: [[0.0; INPUTS]; OUTPUTS] };
         for (own, number) in slopes.rows.iter_mut().zip(&all) {
-            slopes.used = number.slopes().len();
-            own[..slopes.used].copy_from_slice(number.slopes());
+            for (own, slope) in own.iter_mut().zip(number.slopes()) {
+                *own = *slope;
+            }
         }
         Self { values: all.map(Number::value), slopes }
     }
@@ -252,17 +250,19 @@ impl Local {
 pub(crate) struct Seen<'b, S> {
     values: &'b [f64; OUTPUTS],
     slopes: Option<&'b Slopes>,
-    inputs: &'b [S; INPUTS],
+    /// What the contribution depends on: label, tension, angle, torque; ω; and what its weight depends on.
+    state: &'b [S],
+    omega: &'b [S; 2],
+    weight: &'b [S],
 }
 
 impl<S: Number> Seen<'_, S> {
     #[inline]
     fn output(&self, which: usize) -> S {
         let value = self.values[which];
-        match self.slopes {
-            Some(Slopes { rows, used }) => S::combine(value, &rows[which][..*used], &self.inputs[..*used]),
-            None => S::constant(value),
-        }
+        let inputs = self.state.iter().chain(self.omega).chain(self.weight);
+        self.slopes
+            .map_or_else(|| S::constant(value), |slopes| S::combine(value, &slopes.rows[which], inputs))
     }
 
     pub fn energy(&self) -> S {
@@ -337,9 +337,9 @@ impl<'a> Tube<'a> {
     /// The contribution at ω with its slopes.
     pub fn local(&self, omega: [f64; 2]) -> Local {
         if self.weight.is_some() {
-            Local::of(&self.contribution(omega, Dual::<INPUTS>::input))
+            Local::of(&self.contribution(omega, Dual::<12>::input))
         } else {
-            Local::of(&self.contribution(omega, Dual::<UNWEIGHTED>::input))
+            Local::of(&self.contribution(omega, Dual::<8>::input))
         }
     }
 
@@ -478,30 +478,33 @@ impl<'a> Tube<'a> {
     }
 }
 
-/// The tubes of a section, what they depend on and what they contribute; kept from one section to the next.
+/// The tubes of a section, what they depend on besides their state and what they contribute; kept from one section to the next.
 pub(crate) struct Scratch<'a, S> {
     pub tubes: Vec<Tube<'a>>,
-    /// Per tube; ω is filled in by [`balance`].
-    pub inputs: Vec<[S; INPUTS]>,
+    /// State of the first tube where it is not as the integration has it.
+    pub first: Option<[S; 4]>,
+    /// Per tube, where there is gravity: height, across y and z.
+    pub weights: Vec<[S; 3]>,
     locals: Vec<Local>,
     plain: Vec<[f64; OUTPUTS]>,
 }
 
 impl<S> Default for Scratch<'_, S> {
     fn default() -> Self {
-        Self { tubes: Vec::new(), inputs: Vec::new(), locals: Vec::new(), plain: Vec::new() }
+        Self { tubes: Vec::new(), first: None, weights: Vec::new(), locals: Vec::new(), plain: Vec::new() }
     }
 }
 
 /// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
-/// the residual grows arrive. `each` receives the contributions of the tubes in order.
+/// the residual grows arrive. `each` receives the contributions of the tubes in order, whose states are in `values`.
 pub(crate) fn balance<S: Number>(
     scratch: &mut Scratch<S>,
+    values: &[S],
     moment: [S; 2],
     guess: &mut [f64; 2],
     mut each: impl FnMut(usize, &Seen<S>),
 ) -> Result<[S; 2], Unbalanced> {
-    let Scratch { tubes, locals, plain, inputs } = scratch;
+    let Scratch { tubes, first, weights, locals, plain } = scratch;
     let tubes: &[Tube] = tubes;
     let load = moment.map(Number::value);
     let slopes = |omega: [f64; 2]| {
@@ -561,22 +564,27 @@ pub(crate) fn balance<S: Number>(
     if moment[0].slopes().is_empty() {
         plain.clear();
         plain.extend(tubes.iter().map(|tube| tube.plain(omega).numbers()));
-        for (i, (values, inputs)) in plain.iter().zip(&*inputs).enumerate() {
-            each(i, &Seen { values, slopes: None, inputs });
+        for (i, values) in plain.iter().enumerate() {
+            each(i, &Seen { values, slopes: None, state: &[], omega: &moment, weight: &[] });
         }
         return Ok(omega.map(S::constant));
     }
+    let first = &*first;
+    let state = |place: usize| match first {
+        Some(first) if place == 0 => first,
+        _ => &values[4 * place..4 * place + 4],
+    };
+    let weight = |place: usize| weights.get(place).map_or(&[][..], |own| &own[..]);
     locals.clear();
     locals.extend(tubes.iter().map(|tube| tube.local(omega)));
     let at = omega.map(S::constant);
-    for own in inputs.iter_mut() {
-        (own[4], own[5]) = (at[0], at[1]);
-    }
     // One more step with numbers that carry slopes gives the slopes of ω.
     let mut residual = [-moment[0], -moment[1]];
-    for (Local { values, slopes }, inputs) in locals.iter().zip(&*inputs) {
-        let own = Seen { values, slopes: Some(slopes), inputs }.moment();
-        residual = [residual[0] + own[0], residual[1] + own[1]];
+    for (i, Local { values, slopes }) in locals.iter().enumerate() {
+        let own =
+            Seen { values, slopes: Some(slopes), state: state(i), omega: &at, weight: weight(i) }.moment();
+        residual[0].add_scaled(1.0, &own[0]);
+        residual[1].add_scaled(1.0, &own[1]);
     }
     let [_, _, yy, yz, zz] = here;
     let inverse = 1.0 / (yy * zz - yz * yz);
@@ -584,11 +592,9 @@ pub(crate) fn balance<S: Number>(
         at[0].plus(-zz * inverse, residual[0]).plus(yz * inverse, residual[1]),
         at[1].plus(-yy * inverse, residual[1]).plus(yz * inverse, residual[0]),
     ];
-    for own in inputs.iter_mut() {
-        (own[4], own[5]) = (omega[0], omega[1]);
-    }
-    for (i, (Local { values, slopes }, inputs)) in locals.iter().zip(&*inputs).enumerate() {
-        each(i, &Seen { values, slopes: Some(slopes), inputs });
+    for (i, Local { values, slopes }) in locals.iter().enumerate() {
+        let (state, omega, weight) = (state(i), &omega, weight(i));
+        each(i, &Seen { values, slopes: Some(slopes), state, omega, weight });
     }
     Ok(omega)
 }

@@ -4,18 +4,35 @@ use super::frame::Frame;
 use super::newton::MOST;
 use super::number::{Dual, Number};
 use super::solve::{BundleEquilibrium, BundleSolver};
+use super::steps::Steps;
 use super::vector::columns;
 use super::walk::{Outcome, Walk};
 use crate::analysis::Sensitivity;
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 /// Components of a wrench.
 const WRENCH: usize = 6;
 
-/// Slopes of the tip (rows position in m, rotation about the world axes in rad) and of the unknowns, by motors and wrench.
-struct Slopes {
-    tip: DMatrix<f64>,
-    unknowns: DMatrix<f64>,
+/// The conditions near given unknowns to first order.
+#[derive(Clone, Debug)]
+pub(crate) struct Slopes {
+    /// Of the tip (rows position in m, rotation about the world axes in rad), by motors and wrench.
+    pub tip: DMatrix<f64>,
+    /// Of the scaled unknowns likewise.
+    pub unknowns: DMatrix<f64>,
+    /// Of the scaled conditions by the [coordinates](super::coordinates) at the tip, and their determinant by the scaled unknowns.
+    pub conditions: DMatrix<f64>,
+    pub determinant: f64,
+    /// Coordinates that conditions took away on the way, and how often the others were exchanged.
+    pub gone: Vec<usize>,
+    /// Newton's step of the coordinates.
+    pub step: DVector<f64>,
+    /// Slopes of the coordinates by motors and wrench.
+    pub last: DMatrix<f64>,
+    /// By how much motors had moved to the equilibrium, translation and rotation of every tube, and by how much the scaled unknowns left the tangent on the way;
+    /// empty where that is not known.
+    pub came: DVector<f64>,
+    pub bend: Vec<f64>,
 }
 
 impl BundleSolver<'_> {
@@ -23,8 +40,11 @@ impl BundleSolver<'_> {
     /// every tube's motor, by what is prescribed there. `None` where the equilibrium is a fold.
     #[must_use]
     pub fn tip_jacobian(&self, equilibrium: &BundleEquilibrium) -> Option<DMatrix<f64>> {
+        if let Some(slopes) = &equilibrium.slopes {
+            return Some(slopes.tip.clone());
+        }
         let frame = Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening);
-        Some(self.slopes(&frame, equilibrium, 0)?.tip)
+        Some(self.slopes_at(&frame, equilibrium, 0)?.tip)
     }
 
     /// Jacobians by the motors and compliance, as those of the modal solver; inputs are those of tube 1, of tube 2, … The motion that answers a
@@ -33,7 +53,7 @@ impl BundleSolver<'_> {
     pub fn sensitivity(&self, equilibrium: &BundleEquilibrium) -> Option<Sensitivity> {
         let mut frame = Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening);
         frame.prepared.loaded = true;
-        let Slopes { tip, unknowns } = self.slopes(&frame, equilibrium, WRENCH)?;
+        let Slopes { tip, unknowns, .. } = self.slopes_at(&frame, equilibrium, WRENCH)?;
         let inputs = equilibrium.command.inputs();
         let motors = inputs.len();
         let conjugates = frame.conjugates();
@@ -57,27 +77,40 @@ impl BundleSolver<'_> {
         })
     }
 
-    fn slopes(&self, frame: &Frame, equilibrium: &BundleEquilibrium, wrench: usize) -> Option<Slopes> {
-        match frame.count() + 2 * self.bundle.tubes.len() + wrench + 1 {
-            0..=8 => self.slopes_with::<8>(frame, equilibrium, wrench),
-            9..=12 => self.slopes_with::<12>(frame, equilibrium, wrench),
-            13..=16 => self.slopes_with::<16>(frame, equilibrium, wrench),
-            17..=24 => self.slopes_with::<24>(frame, equilibrium, wrench),
-            25..=MOST => self.slopes_with::<MOST>(frame, equilibrium, wrench),
+    fn slopes_at(&self, frame: &Frame, equilibrium: &BundleEquilibrium, wrench: usize) -> Option<Slopes> {
+        let mut steps = equilibrium.between.clone();
+        Some(self.slopes(frame, &frame.scaled(&equilibrium.unknowns), &mut steps, wrench)?.0)
+    }
+
+    /// Slopes near unknowns, and what an integration leaves after Newton's step.
+    pub(super) fn slopes(
+        &self,
+        frame: &Frame,
+        unknowns: &[f64],
+        steps: &mut Steps,
+        wrench: usize,
+    ) -> Option<(Slopes, Outcome<f64>)> {
+        match unknowns.len() + 2 * self.bundle.tubes.len() + wrench + 1 {
+            0..=7 => self.slopes_with::<8>(frame, unknowns, steps, wrench),
+            8..=11 => self.slopes_with::<12>(frame, unknowns, steps, wrench),
+            12..=15 => self.slopes_with::<16>(frame, unknowns, steps, wrench),
+            16..=19 => self.slopes_with::<20>(frame, unknowns, steps, wrench),
+            20..=23 => self.slopes_with::<24>(frame, unknowns, steps, wrench),
+            24..=MOST => self.slopes_with::<{ 1 + MOST }>(frame, unknowns, steps, wrench),
             _ => None,
         }
     }
 
-    fn slopes_with<const P: usize>(
+    fn slopes_with<const N: usize>(
         &self,
         frame: &Frame,
-        equilibrium: &BundleEquilibrium,
+        unknowns: &[f64],
+        steps: &mut Steps,
         wrench: usize,
-    ) -> Option<Slopes> {
-        let unknowns = frame.scaled(&equilibrium.unknowns);
+    ) -> Option<(Slopes, Outcome<f64>)> {
         let n = unknowns.len();
-        let inputs: Vec<Dual<P>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
-        let drives: Vec<[Dual<P>; 2]> = frame
+        let inputs: Vec<Dual<N>> = unknowns.iter().enumerate().map(|(i, u)| Dual::input(*u, i)).collect();
+        let drives: Vec<[Dual<N>; 2]> = frame
             .drives()
             .iter()
             .enumerate()
@@ -94,27 +127,55 @@ impl BundleSolver<'_> {
             }
         }
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
-        let mut steps = equilibrium.between.clone();
-        let outcome = walk.run(&base, &mut steps, None).ok()?;
+        let outcome = walk.run(&base, steps, None).ok()?;
         let given = motors + wrench;
-        let (system, _) = steps.coordinates.system(given)?;
-        let moved = -system.columns(0, n).into_owned().lu().solve(&system.columns(n, given))?;
+        let (system, residual) = steps.coordinates.system(given)?;
+        let conditions = system.columns(0, n).into_owned();
+        let factors = conditions.clone().lu();
+        let moved = -factors.solve(&system.columns(n, given))?;
+        let step = -factors.solve(&DVector::from_vec(residual))?;
+        let determinant = steps.coordinates.determinant * factors.determinant();
         // At the tip, and from there at the plate.
-        let mut last = DMatrix::zeros(P, given);
+        let mut last = DMatrix::zeros(N - 1, given);
         last.rows_mut(0, n).copy_from(&moved);
         last.view_mut((n, 0), (given, given)).fill_with_identity();
+        let gone = steps.coordinates.gone();
         let unknowns = steps.coordinates.stages(last).swap_remove(0).rows(0, n).into_owned();
         let axes = section_axes(&outcome);
         let pose = DMatrix::from_fn(6, n + given, |i, j| {
             if i < 3 {
-                outcome.centre[i].slopes[j]
+                outcome.centre[i].slopes()[j]
             } else {
                 // ω = ½ Σ axis × axis'.
                 let (a, b) = ((i - 2) % 3, (i - 1) % 3);
-                axes.iter().map(|v| 0.5 * (v[a].value * v[b].slopes[j] - v[b].value * v[a].slopes[j])).sum()
+                axes.iter()
+                    .map(|v| 0.5 * (v[a].value() * v[b].slopes()[j] - v[b].value() * v[a].slopes()[j]))
+                    .sum()
             }
         });
-        Some(Slopes { tip: pose.columns(n, given) + pose.columns(0, n) * moved, unknowns })
+        let tip = pose.columns(n, given) + pose.columns(0, n) * &moved;
+        let arrived = outcome.moved(step.as_slice());
+        let (came, bend) = (DVector::zeros(0), Vec::new());
+        let slopes = Slopes { tip, unknowns, conditions, determinant, gone, step, last: moved, came, bend };
+        Some((slopes, arrived))
+    }
+}
+
+impl<const N: usize> Outcome<Dual<N>> {
+    /// After a change of the first inputs, once steps meet.
+    fn moved(&self, change: &[f64]) -> Outcome<f64> {
+        let own = |number: Dual<N>| {
+            let slopes = number.slopes().iter().zip(change);
+            number.value()
+                + number.slopes()[N - 2]
+                + slopes.map(|(slope, change)| slope * change).sum::<f64>()
+        };
+        Outcome {
+            centre: self.centre.map(own),
+            turn: self.turn.map(own),
+            angle: own(self.angle),
+            length: own(self.length),
+        }
     }
 }
 

@@ -1,14 +1,13 @@
 //! Solver of any bundle: motors, loads, equilibria; from rest, from a neighbour, in steps.
 
 use super::Bundle;
-use super::chord::{self, Chord};
 pub use super::command::{BundleCommand, TubeDrive};
 use super::course::Course;
 pub use super::equilibrium::{BundleEquilibrium, TubeEffort, load_behind_plate};
 use super::frame::{Frame, Unknowns};
 pub(crate) use super::load_path::PathEnd;
 use super::load_path::{Guess, follow};
-use super::newton::{Found, SETTLED, Tangent, newton};
+use super::newton::{Found, SETTLED, SETTLED_NEAR, Tangent, newton};
 use super::prepared::{GIVE, Lengthening};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
@@ -28,21 +27,16 @@ pub struct BundleSolver<'a> {
     gives: bool,
     rest: Option<BundleEquilibrium>,
     references: Vec<(Kinds, f64)>,
-    /// Slopes of the conditions at a neighbour.
-    chord: Option<(Kinds, Chord)>,
-    /// How often in a row such slopes have led nowhere.
-    astray: usize,
 }
 
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
-/// Newton steps after which an equilibrium may be one of another branch than that from which it was sought.
-const DIRECT: usize = 12;
-/// Newton steps towards an equilibrium that is near already, and the scaled step with which they end: what is left is of its square.
+/// Shortened Newton steps after which an equilibrium may be one of another branch than that from which it was sought.
+const SHORTENED: usize = 2;
+/// Part of the way below which a step may be shortened.
+const SHORT: f64 = 1.0 / 64.0;
+/// Newton steps towards an equilibrium that is near already.
 const ITERATIONS_NEAR: usize = 25;
-const SETTLED_NEAR: f64 = 1e-5;
-/// Attempts with slopes of a neighbour in a row after which none is made any more: where slopes grow far along the bundle they lead nowhere.
-const ASTRAY: usize = 6;
 /// Newton steps of one load step.
 const ITERATIONS_IN_STEPS: usize = 15;
 
@@ -64,16 +58,7 @@ impl<'a> BundleSolver<'a> {
     /// A solver with a tolerance of 1e-8 for one step.
     #[must_use]
     pub fn new(bundle: &'a Bundle) -> Self {
-        Self {
-            bundle,
-            tolerance: 1e-8,
-            stretch: false,
-            gives: false,
-            rest: None,
-            references: Vec::new(),
-            chord: None,
-            astray: 0,
-        }
+        Self { bundle, tolerance: 1e-8, stretch: false, gives: false, rest: None, references: Vec::new() }
     }
 
     /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product.
@@ -109,7 +94,7 @@ impl<'a> BundleSolver<'a> {
     /// Solves for the equilibrium under a command, from rest: in one go, and where that does not arrive at a stable one in steps.
     pub fn solve(&mut self, command: &BundleCommand) -> BundleEquilibrium {
         match self.rest().cloned() {
-            Some(rest) => self.solve_from(command, &rest),
+            Some(rest) => self.sought_from(command, &rest),
             None => Self::lost(command),
         }
     }
@@ -163,7 +148,7 @@ impl<'a> BundleSolver<'a> {
     }
 
     /// The determinant of the conditions at rest, for the kinds of drives and loads of a command.
-    fn rest_determinant(&mut self, command: &BundleCommand) -> f64 {
+    pub(super) fn rest_determinant(&mut self, command: &BundleCommand) -> f64 {
         let Some(rest) = self.rest() else { return f64::NAN };
         let (start, between) = (rest.unknowns.clone(), rest.between.clone());
         let odd = rest.inertia.is_some_and(|negative| negative % 2 == 1);
@@ -199,11 +184,24 @@ impl<'a> BundleSolver<'a> {
             unknowns: Unknowns::default(),
             between: Steps::default(),
             command: command.clone(),
+            slopes: None,
         }
     }
 
-    /// The same from a neighbour.
+    /// The same from a neighbour: where it is near, Newton's method leads from one stable equilibrium to the next.
     pub fn solve_from(&mut self, command: &BundleCommand, start: &BundleEquilibrium) -> BundleEquilibrium {
+        if start.converged && start.stable && command.share_of_turn(&start.command) >= 1.0 {
+            let frame = Frame::new(self.bundle, command, self.lengthening());
+            let found = self.tracked(&frame, command, start).filter(|found| found.stable);
+            if let Some(mut found) = found {
+                found.error = self.error_in(&frame, &found);
+                return found;
+            }
+        }
+        self.sought_from(command, start)
+    }
+
+    fn sought_from(&mut self, command: &BundleCommand, start: &BundleEquilibrium) -> BundleEquilibrium {
         let reference = self.rest_determinant(command);
         let frame = Frame::new(self.bundle, command, self.lengthening());
         let walk = frame.walk(self.tolerance);
@@ -214,7 +212,9 @@ impl<'a> BundleSolver<'a> {
         };
         let at_once = if share >= 1.0 { direct() } else { None };
         let (found, ended) = match at_once {
-            Some(found) if as_at_rest(&found, reference) && found.iterations <= DIRECT => (Some(found), None),
+            Some(found) if as_at_rest(&found, reference) && found.shortened <= SHORTENED => {
+                (Some(found), None)
+            }
             other => match self.in_steps(command, start, reference, share) {
                 Ok(found) => (Some(found), None),
                 Err(end) => (other.or_else(direct), Some(end)),
@@ -224,49 +224,37 @@ impl<'a> BundleSolver<'a> {
             return BundleEquilibrium { ended, ..Self::lost(command) };
         };
         let mut found = self.conclude(&frame, command, found, reference);
-        found.error = self.error(&frame, &found);
+        found.error = self.error_in(&frame, &found);
         found.ended = ended;
         found
     }
 
-    /// The equilibrium to which Newton's method leads from a neighbour, without steps on the way; its error is not estimated. Slopes of the conditions
-    /// are taken anew only where those at the last equilibrium lead there no more. `None` where it leads nowhere.
+    /// The equilibrium to which Newton's method leads from a neighbour, without steps on the way; its error is not estimated. `None` where it leads nowhere.
     #[must_use]
     pub fn continued(
         &mut self,
         command: &BundleCommand,
         start: &BundleEquilibrium,
     ) -> Option<BundleEquilibrium> {
-        let reference = self.rest_determinant(command);
         let frame = Frame::new(self.bundle, command, self.lengthening());
-        let begin = frame.scaled(&start.unknowns);
-        let walk = frame.walk(self.tolerance);
-        let kinds = kinds(command, &frame);
-        let mut chord = self.chord.take().filter(|own| own.0 == kinds).map(|own| own.1);
-        let near = (self.astray < ASTRAY)
-            .then(|| chord::near(&frame, &walk, begin.clone(), start.between.clone(), &mut chord))
-            .flatten();
-        self.astray = if near.is_some() { 0 } else { self.astray + 1 };
-        self.chord = chord.map(|chord| (kinds, chord));
-        if let Some((found, outcome)) = near {
-            let mut found = self.report(&frame, command, found, &outcome);
-            // Slopes of a neighbour know nothing of an eigenvalue that has changed its sign since: a straight column does not move where it buckles.
-            if let Some(negative) = self.inertia(&found) {
-                (found.inertia, found.stable) = (Some(negative), negative == 0);
-                return Some(found);
-            }
+        if let Some(found) = self.tracked(&frame, command, start) {
+            return Some(found);
         }
-        let steps = start.between.coarsened();
-        let found = newton(&frame, &walk, begin, steps, ITERATIONS_IN_STEPS, SETTLED).ok()?;
+        let reference = self.rest_determinant(command);
+        let (begin, steps) = (frame.scaled(&start.unknowns), start.between.coarsened());
+        let found =
+            newton(&frame, &frame.walk(self.tolerance), begin, steps, ITERATIONS_IN_STEPS, SETTLED).ok()?;
         Some(self.conclude(&frame, command, found, reference))
     }
 
-    /// Solves from an equilibrium in its place, as a control loop does: as [`Self::continued`], and as [`Self::solve_from`] where that leads nowhere or a
-    /// motor turns far. No error is estimated.
+    /// Solves from an equilibrium in its place, as a control loop does: as [`Self::continued`], whose error is not estimated, and as [`Self::solve_from`] where
+    /// that leads nowhere, from a stable equilibrium to none, or where a motor turns far.
     pub fn solve_into(&mut self, command: &BundleCommand, equilibrium: &mut BundleEquilibrium) {
         let near = command.share_of_turn(&equilibrium.command) >= 1.0 && equilibrium.converged;
         let found = if near { self.continued(command, equilibrium) } else { None };
-        *equilibrium = found.unwrap_or_else(|| self.solve_from(command, equilibrium));
+        let as_stable = |found: &BundleEquilibrium| found.stable || !equilibrium.stable;
+        let found = found.filter(as_stable).unwrap_or_else(|| self.sought_from(command, equilibrium));
+        *equilibrium = found;
     }
 
     /// The equilibrium that Newton's method finds near given forces and a course of the tubes.
@@ -292,7 +280,7 @@ impl<'a> BundleSolver<'a> {
         found.converged.then_some(found)
     }
 
-    /// Moves from a neighbour to the command in steps, none longer than `longest`, that halve where Newton's method does not arrive at an
+    /// Moves from a neighbour to the command in steps, none longer than `longest`, that halve where Newton's method does not arrive with whole steps at an
     /// equilibrium as stable as the last.
     fn in_steps(
         &self,
@@ -302,13 +290,15 @@ impl<'a> BundleSolver<'a> {
         longest: f64,
     ) -> Result<Found, PathEnd> {
         follow(Guess::new(start.unknowns.clone(), start.between.clone()), longest, |share, guess| {
+            let step = guess.way_to(share);
             let target = command.between(&start.command, share);
             let frame = Frame::new(self.bundle, &target, self.lengthening());
             let (start, steps) = guess.at(&frame, share);
             let found =
                 newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
                     .ok()?;
-            as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))
+            let whole = found.shortened == 0 || step <= SHORT;
+            (whole && as_at_rest(&found, reference)).then(|| (frame.unknowns(&found.unknowns), found))
         })
     }
 
@@ -337,17 +327,20 @@ impl<'a> BundleSolver<'a> {
         // The pose may ask for shorter steps than what the conditions needed.
         found.steps.adapt = true;
         let outcome = walk.run(&base, &mut found.steps, None).ok()?;
-        Some(self.report(frame, command, found, &outcome))
+        let Found { unknowns, steps, iterations, .. } = found;
+        Some(self.report(frame, command, &unknowns, steps, iterations, &outcome))
     }
 
-    fn report(
+    pub(super) fn report(
         &self,
         frame: &Frame,
         command: &BundleCommand,
-        found: Found,
+        unknowns: &[f64],
+        steps: Steps,
+        iterations: usize,
         outcome: &Outcome<f64>,
     ) -> BundleEquilibrium {
-        let base = frame.base(&found.unknowns, &frame.drives());
+        let base = frame.base(unknowns, &frame.drives());
         let efforts = base.tubes.iter().map(|t| TubeEffort {
             label: t.label,
             rotation: t.angle,
@@ -363,19 +356,20 @@ impl<'a> BundleSolver<'a> {
             stable: false,
             inertia: None,
             ended: None,
-            steps: found.steps.count(),
-            iterations: found.iterations,
+            steps: steps.count(),
+            iterations,
             error: [f64::NAN; 2],
             lengthening: self.lengthening(),
-            unknowns: frame.unknowns(&found.unknowns),
-            between: found.steps,
+            unknowns: frame.unknowns(unknowns),
+            between: steps,
             command: command.clone(),
+            slopes: None,
         }
     }
 
     /// Says whether an equilibrium is stable: by the count of negative eigenvalues, and by the determinant, which changes its sign with every one, and exactly
     /// there; it is known but for that at rest.
-    fn judge(&self, found: &mut BundleEquilibrium, determinant: f64, reference: f64) {
+    pub(super) fn judge(&self, found: &mut BundleEquilibrium, determinant: f64, reference: f64) {
         let even = determinant / reference;
         found.inertia = self.inertia(found);
         found.stable = match found.inertia {
@@ -385,8 +379,14 @@ impl<'a> BundleSolver<'a> {
         };
     }
 
-    /// How far the tip (m) and the greatest of the forces (N) move when every step of the integration is halved.
-    fn error(&self, frame: &Frame, equilibrium: &BundleEquilibrium) -> [f64; 2] {
+    /// How far the tip (m) and the greatest of the forces (N) move when every step of the integration is halved: the error of an equilibrium that was
+    /// found without one.
+    #[must_use]
+    pub fn error(&self, equilibrium: &BundleEquilibrium) -> [f64; 2] {
+        self.error_in(&Frame::new(self.bundle, &equilibrium.command, equilibrium.lengthening), equilibrium)
+    }
+
+    fn error_in(&self, frame: &Frame, equilibrium: &BundleEquilibrium) -> [f64; 2] {
         let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
         let unknowns = frame.scaled(&equilibrium.unknowns);
         let mut halved = equilibrium.between.halved();

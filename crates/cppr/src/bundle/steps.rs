@@ -25,6 +25,9 @@ struct Node {
     slopes: Vec<f64>,
     #[cfg_attr(feature = "serde", serde(skip))]
     stage: usize,
+    /// By how much every value left the tangent along which it was predicted; while the next one is sought, what the tangent predicts.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    bend: Vec<f64>,
     /// Estimated error of the step before as a part of what is allowed.
     error: f64,
 }
@@ -89,7 +92,8 @@ impl Steps {
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
-        Self { spans: self.spans.iter().map(coarsen).collect(), ..Self::default() }
+        let spans = self.spans.iter().map(coarsen).collect();
+        Self { spans, coordinates: self.coordinates.clone(), ..Self::default() }
     }
 
     /// Moves every state on by a multiple of how far it has come since it was what stands in `before`.
@@ -137,13 +141,6 @@ impl Steps {
     /// Keys of all spans in their order.
     pub fn keys(&self) -> Vec<(usize, usize)> {
         self.spans.iter().map(|span| span.key).collect()
-    }
-
-    /// Forgets all states: an integration goes on where it arrives.
-    pub fn forget(&mut self) {
-        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
-            node.values.clear();
-        }
     }
 
     /// How many steps there are.
@@ -222,8 +219,8 @@ impl Steps {
         self.coordinates.stages(last)
     }
 
-    /// Calls `each` with the tubes of every kept state, the state, and its change.
-    fn changes(&mut self, stages: &[DMatrix<f64>], mut each: impl FnMut(usize, &mut [f64], &[f64])) {
+    /// Calls `each` with every kept state and its change.
+    fn changes(&mut self, stages: &[DMatrix<f64>], mut each: impl FnMut(&mut Node, &[f64])) {
         let mut change = Vec::new();
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             let width = node.values.len();
@@ -235,7 +232,7 @@ impl Steps {
             for row in node.slopes.chunks_exact(node.slopes.len() / width) {
                 change.push(row.iter().zip(by.iter()).map(|(slope, by)| slope * by).sum::<f64>());
             }
-            each(node.tubes, &mut node.values, &change);
+            each(node, &change);
         }
     }
 
@@ -244,8 +241,8 @@ impl Steps {
     pub fn at_plate(&mut self, change: &[f64], walk: &Walk) -> (Vec<f64>, f64) {
         let stages = self.stages(change, 1.0);
         let mut most: f64 = 0.0;
-        self.changes(&stages, |tubes, _, change| {
-            for (change, scale) in change.iter().zip(scales(tubes, change.len(), walk)) {
+        self.changes(&stages, |node, change| {
+            for (change, scale) in change.iter().zip(scales(node.tubes, change.len(), walk)) {
                 // A change that is not a number is the greatest.
                 let size = change.abs() / scale;
                 most = if size.is_nan() { f64::INFINITY } else { most.max(size) };
@@ -257,12 +254,34 @@ impl Steps {
     /// Moves the kept states by a part of a change at the tip and of what closes the gaps. What moves at the plate is returned.
     pub fn advance(&mut self, change: &[f64], gaps: f64, factor: f64) -> Vec<f64> {
         let stages = self.stages(change, gaps);
-        self.changes(&stages, |_, values, change| {
-            for (value, change) in values.iter_mut().zip(change) {
+        self.changes(&stages, |node, change| {
+            for (value, change) in node.values.iter_mut().zip(change) {
                 *value += factor * change;
             }
         });
         stages[0].as_slice()[..change.len()].iter().map(|own| factor * own).collect()
+    }
+
+    /// Moves the kept states along the tangent by a change at the tip, and on by a multiple of what they left it by before.
+    pub fn predict(&mut self, change: &[f64], again: f64) {
+        let stages = self.stages(change, 0.0);
+        self.changes(&stages, |node, change| {
+            node.bend.resize(node.values.len(), 0.0);
+            for ((value, change), bend) in node.values.iter_mut().zip(change).zip(&mut node.bend) {
+                let straight = *value + change;
+                *value = straight + again * *bend;
+                *bend = straight;
+            }
+        });
+    }
+
+    /// Notes by how much the states have left the tangent along which they were predicted.
+    pub fn note_bend(&mut self) {
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            for (bend, value) in node.bend.iter_mut().zip(&node.values) {
+                *bend = value - *bend;
+            }
+        }
     }
 }
 
@@ -299,7 +318,13 @@ pub(super) fn march<S: Number>(
     visit: &mut Option<Visitor<S>>,
 ) -> Result<Option<usize>, Lost> {
     steps.begin(span.number, span.key, span.passed);
-    try_march(flow, span, steps, walk, visit)
+    let width = flow.values.len();
+    let (mut stages, mut trial) = (std::mem::take(&mut flow.stages), std::mem::take(&mut flow.trial));
+    stages.resize(width * STAGES, S::constant(0.0));
+    trial.resize(width, S::constant(0.0));
+    let found = try_march(flow, span, steps, walk, visit, [&mut stages, &mut trial]);
+    (flow.stages, flow.trial) = (stages, trial);
+    found
 }
 
 fn passed<S: Number>(flow: &Flow<S>, limits: &[f64]) -> Option<usize> {
@@ -312,15 +337,15 @@ fn try_march<S: Number>(
     steps: &mut Steps,
     walk: &Walk,
     visit: &mut Option<Visitor<S>>,
+    [slopes, trial]: [&mut Vec<S>; 2],
 ) -> Result<Option<usize>, Lost> {
     let Span { leading, to, number, limits, .. } = *span;
     let width = flow.values.len();
-    let mut slopes = vec![S::constant(0.0); width * STAGES];
     let way = (to - flow.values[4 * leading].value()).abs();
     if way < TINY * walk.bundle.length {
         let way = -flow.values[4 * leading] + to;
         flow.slopes(Some(leading), &mut slopes[..width])?;
-        for (value, slope) in flow.values.iter_mut().zip(&slopes) {
+        for (value, slope) in flow.values.iter_mut().zip(slopes.iter()) {
             *value += *slope * way;
         }
         let own = &mut steps.spans[number];
@@ -335,18 +360,17 @@ fn try_march<S: Number>(
     let most = MOST_STEPS * (1 + stops);
     let (mut done, mut index) = (0.0, 0);
     let mut share: f64 = 1.0;
-    let mut trial = flow.values.clone();
     while done < 1.0 {
         let kept = steps.spans[number].ends.get(index).copied();
         let goal = kept.unwrap_or(f64::min(1.0, done + share));
         let goal = if goal > 1.0 - SHORTEST { 1.0 } else { goal };
         let end = if goal > done + longest { done + longest } else { goal };
         let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
-        let taken = one_step(flow, leading, step, &mut slopes, &mut trial);
+        let taken = one_step(flow, leading, step, slopes, trial);
         let error = match taken {
             Ok(()) => {
-                let grown = steps.coordinates.overgrowth(&flow.values, &trial, &scales[..dependent]);
-                (estimate(&slopes, width, step.value(), &scales) / walk.tolerance).max(grown.max(0.0).powi(8))
+                let grown = steps.coordinates.overgrowth(&flow.values, trial, &scales[..dependent]);
+                (estimate(slopes, width, step.value(), &scales) / walk.tolerance).max(grown.max(0.0).powi(8))
             }
             Err(Unbalanced) => f64::INFINITY,
         };
@@ -365,7 +389,7 @@ fn try_march<S: Number>(
             continue;
         }
         taken?;
-        std::mem::swap(&mut flow.values, &mut trial);
+        std::mem::swap(&mut flow.values, trial);
         if kept.is_none() && end >= goal {
             let own = &mut steps.spans[number];
             own.ends.push(end);
@@ -443,9 +467,10 @@ fn combine<S: Number>(flow: &Flow<S>, weights: &[(usize, f64)], step: S, slopes:
     for (i, value) in trial.iter_mut().enumerate() {
         let mut sum = S::constant(0.0);
         for &(stage, weight) in weights {
-            sum = sum.plus(weight, slopes[stage * width + i]);
+            sum.add_scaled(weight, &slopes[stage * width + i]);
         }
-        *value = flow.values[i] + sum * step;
+        *value = sum * step;
+        value.add_scaled(1.0, &flow.values[i]);
     }
 }
 

@@ -14,6 +14,13 @@ pub(crate) fn sum<S: Number>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
+/// The first column of the rotation of a quaternion (w, x, y, z) of any length.
+pub(crate) fn first_column<S: Number>(q: &[S; 4]) -> [S; 3] {
+    let &[w, x, y, z] = q;
+    let two = S::constant(2.0) / (w * w + x * x + y * y + z * z);
+    [S::constant(1.0) - (y * y + z * z) * two, (x * y + w * z) * two, (x * z - w * y) * two]
+}
+
 /// Columns of the rotation of a quaternion (w, x, y, z) of any length.
 pub(crate) fn columns<S: Number>(q: [S; 4]) -> [[S; 3]; 3] {
     let [w, x, y, z] = q;

@@ -16,6 +16,15 @@ use cppr::solve::{Command, Equilibrium, Settings, Solver, Status};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 
+/// Seeds of random cases: so many from 0 on, or those of `CPPR_CASES`, which is a number or a range such as 200..300.
+pub fn seeds(usual: u64) -> std::ops::Range<u64> {
+    let Ok(told) = std::env::var("CPPR_CASES") else { return 0..usual };
+    match told.split_once("..") {
+        Some((from, to)) => from.parse().unwrap()..to.parse().unwrap(),
+        None => 0..told.parse().unwrap(),
+    }
+}
+
 /// A file of independent reference values.
 pub fn reference(name: &str) -> Value {
     let path = format!("{}/tests/data/{name}.json", env!("CARGO_MANIFEST_DIR"));
