@@ -20,6 +20,9 @@ pub(super) const LONGEST: f64 = 20.0;
 const SINGULAR: f64 = 1e-14;
 /// Forces jump where an event passes another one: so many steps across may make things worse.
 const CROSSINGS: usize = 8;
+/// Most steps, and shortened ones, of a solve in one go.
+const DIRECT: usize = 8;
+const SHORTENED: usize = 2;
 /// Steps of the integration are cut where that is needed until Newton's step is below this.
 pub(super) const ROUGH: f64 = 1e-2;
 
@@ -47,6 +50,13 @@ pub(super) struct Found {
     pub iterations: usize,
     /// How many steps had to be shortened.
     pub shortened: usize,
+}
+
+impl Found {
+    /// Did so few steps lead here, and so few of them shortened, that it lies on the branch from which it was sought?
+    pub fn is_direct(&self) -> bool {
+        self.iterations <= DIRECT && self.shortened <= SHORTENED
+    }
 }
 
 impl Tangent {

@@ -31,8 +31,6 @@ pub struct BundleSolver<'a> {
 
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
-/// Shortened Newton steps after which an equilibrium may be one of another branch than that from which it was sought.
-const SHORTENED: usize = 2;
 /// Part of the way below which a step may be shortened.
 const SHORT: f64 = 1.0 / 64.0;
 /// Newton steps towards an equilibrium that is near already.
@@ -212,9 +210,7 @@ impl<'a> BundleSolver<'a> {
         };
         let at_once = if share >= 1.0 { direct() } else { None };
         let (found, ended) = match at_once {
-            Some(found) if as_at_rest(&found, reference) && found.shortened <= SHORTENED => {
-                (Some(found), None)
-            }
+            Some(found) if as_at_rest(&found, reference) && found.is_direct() => (Some(found), None),
             other => match self.in_steps(command, start, reference, share) {
                 Ok(found) => (Some(found), None),
                 Err(end) => (other.or_else(direct), Some(end)),
@@ -247,11 +243,12 @@ impl<'a> BundleSolver<'a> {
         Some(self.conclude(&frame, command, found, reference))
     }
 
-    /// Solves from an equilibrium in its place, as a control loop does: as [`Self::continued`], whose error is not estimated, and as [`Self::solve_from`] where
-    /// that leads nowhere, from a stable equilibrium to none, or where a motor turns far.
+    /// Solves from an equilibrium in its place, as a control loop does: on the tangent of the path, without an estimate of the error, and as [`Self::solve_from`]
+    /// where that leads nowhere, from a stable equilibrium to none, or where a motor turns far.
     pub fn solve_into(&mut self, command: &BundleCommand, equilibrium: &mut BundleEquilibrium) {
         let near = command.share_of_turn(&equilibrium.command) >= 1.0 && equilibrium.converged;
-        let found = if near { self.continued(command, equilibrium) } else { None };
+        let frame = Frame::new(self.bundle, command, self.lengthening());
+        let found = if near { self.tracked(&frame, command, equilibrium) } else { None };
         let as_stable = |found: &BundleEquilibrium| found.stable || !equilibrium.stable;
         let found = found.filter(as_stable).unwrap_or_else(|| self.sought_from(command, equilibrium));
         *equilibrium = found;
@@ -297,7 +294,7 @@ impl<'a> BundleSolver<'a> {
             let found =
                 newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
                     .ok()?;
-            let whole = found.shortened == 0 || step <= SHORT;
+            let whole = found.is_direct() && (found.shortened == 0 || step <= SHORT);
             (whole && as_at_rest(&found, reference)).then(|| (frame.unknowns(&found.unknowns), found))
         })
     }
