@@ -188,6 +188,9 @@ pub(crate) struct Unbalanced;
 /// What a tube's contribution depends on, in this order: label, tension, angle, torque, ω_y, ω_z, then what its weight depends on:
 /// height, across y and z.
 pub(crate) const INPUTS: usize = 9;
+/// Lanes of numbers with slopes by all of them, and by the six that matter without weight: as many as vector registers take.
+const WEIGHTED: usize = 12;
+const UNWEIGHTED: usize = 8;
 
 /// A tube's contribution and its slopes by its inputs.
 pub(crate) struct Local {
@@ -337,9 +340,9 @@ impl<'a> Tube<'a> {
     /// The contribution at ω with its slopes.
     pub fn local(&self, omega: [f64; 2]) -> Local {
         if self.weight.is_some() {
-            Local::of(&self.contribution(omega, Dual::<12>::input))
+            Local::of(&self.contribution(omega, Dual::<WEIGHTED>::input))
         } else {
-            Local::of(&self.contribution(omega, Dual::<8>::input))
+            Local::of(&self.contribution(omega, Dual::<UNWEIGHTED>::input))
         }
     }
 

@@ -37,7 +37,8 @@ pub(crate) struct Slopes {
 
 impl BundleSolver<'_> {
     /// Slopes of the tip by the motors: rows position (m) and rotation about the world axes (rad), columns translation and rotation of
-    /// every tube's motor, by what is prescribed there. `None` where the equilibrium is a fold.
+    /// every tube's motor, by what is prescribed there. `None` where the equilibrium is a fold. Of an equilibrium that was found next to another they are those
+    /// where its last Newton step began, 1e-5 away at most in scaled unknowns; [`Self::sensitivity`] takes them at the equilibrium itself.
     #[must_use]
     pub fn tip_jacobian(&self, equilibrium: &BundleEquilibrium) -> Option<DMatrix<f64>> {
         if let Some(slopes) = &equilibrium.slopes {
