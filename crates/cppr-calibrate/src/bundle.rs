@@ -7,7 +7,7 @@ use crate::parameter::Parameter;
 use cppr::Vector3;
 use cppr::analysis::{BundleAnalysis, Teeth, absurd_bundle_demand};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
-use cppr::bundle::{Bundle, BundleDesign, BundleSection, Friction};
+use cppr::bundle::{Bundle, BundleDesign, BundleSection, Friction, Slip};
 use cppr::solve::Freedom;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -163,8 +163,8 @@ fn read(
         );
         FitProblem::NoEquilibrium(m.row, why)
     };
-    let [on, back] = solver.full_slip(found, &friction).ok_or_else(none)?;
-    let rubbed = if way == Driven::On { on } else { back };
+    let slip = if way == Driven::On { Slip::Loading } else { Slip::Unloading };
+    let rubbed = solver.full_slip_of(found, &friction, slip).ok_or_else(none)?;
     all(&solver.of_another(&rubbed.bundle), &rubbed.equilibrium, &rubbed.efforts)
 }
 

@@ -9,7 +9,7 @@ use cppr::Vector3;
 use cppr::analysis::BundleAnalysis;
 use cppr::analysis::inverse::Measured;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver};
-use cppr::bundle::{Bundle, BundleDesign, Friction, PairContact, Rubbed, SlipHistory};
+use cppr::bundle::{Bundle, BundleDesign, Friction, PairContact, Rubbed, Slip, SlipHistory};
 use cppr::design::{BelowPlate, Outline, Profile, StiffnessTube, TubeDesign};
 use cppr::solve::{Command, Drive, Freedom, Settings, Solver};
 use cppr::statics::{Loads, Wrench};
@@ -178,6 +178,10 @@ fn a_rope_that_slips_everywhere_is_a_capstan() {
     let turn: f64 = 0.3 * 5.0 / 3.0;
     let back = 1e-3 / 3e-3 * (1.0 - (-turn).exp()) / (0.3 * 0.15);
     assert!((force(&unloading) / back - 1.0).abs() < 1e-6, "{}", force(&unloading));
+    for (slip, side) in [(Slip::Loading, &loading), (Slip::Unloading, &unloading)] {
+        let alone = solver.full_slip_of(&found, &dry(0.3), slip).unwrap();
+        assert!((force(&alone) - force(side)).abs() <= 0.0, "{slip:?}");
+    }
     let [one, other] = solver.full_slip(&found, &dry(0.0)).unwrap();
     let own = found.efforts[1].force;
     assert!((force(&one) / own - 1.0).abs() < 1e-9 && (force(&other) / own - 1.0).abs() < 1e-9);

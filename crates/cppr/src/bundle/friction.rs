@@ -1,7 +1,7 @@
 //! Equilibria of tubes that rub on each other: Coulomb's law with the contact force without clearance.
 //!
-//! The force p that tubes press on each other with ([`super::contact`]) and friction μ |p| depend on one another; p is found by a fixed point around the equilibrium
-//! under friction that is given ([`super::rubbing`]).
+//! The force p that tubes press on each other with ([`super::contact`]) and friction μ |p| depend on one another; p is found by a fixed point ([`super::limits`]) around the
+//! equilibrium under friction that is given ([`super::rubbing`]).
 //!
 //! **Full slip.** Everywhere the tubes slip the way they would without friction, were the motors driven on from rest along their command a little (loading), or
 //! back (unloading). In the plane and for two tubes any history of one motor lies between the two.
@@ -9,9 +9,10 @@
 //! **At the plate** a tube bends at once, which takes a couple C. A guide of length b holds it by two forces C/b, and their friction is 2 μ C/b.
 
 use super::Bundle;
-use super::contact::{Cut, plate};
+use super::contact::Cut;
 use super::frame::Frame;
 use super::history::remembered;
+use super::limits::{Limits, Turns};
 use super::newton::newton;
 use super::rubbing::{Columns, Law, Pair, Rubbing, Table};
 use super::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
@@ -26,6 +27,15 @@ pub struct Friction {
     pub coefficient: f64,
     /// Length of the guide below the plate over which a tube is held there (m); `None` leaves its friction out.
     pub guide: Option<f64>,
+}
+
+/// Which way tubes slip everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slip {
+    /// As where motors are driven on from rest.
+    Loading,
+    /// As where they are driven back.
+    Unloading,
 }
 
 /// An equilibrium with friction.
@@ -77,29 +87,6 @@ pub(super) fn neighbours(cuts: &[Cut]) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// μ |p| (N/m) of one pair.
-pub(super) fn limits(cuts: &[Cut], pair: [usize; 2], friction: &Friction) -> Columns<1> {
-    rows(cuts, pair, |cut, place| {
-        let [y, z] = cut.on_those_inside(place + 1);
-        [friction.coefficient * y.hypot(z)]
-    })
-}
-
-/// Force (N) with which every tube's motor has to pull more since tubes rub in the guide; `ways` tells which way each slides.
-pub(super) fn guide(bundle: &Bundle, friction: &Friction, cuts: &[Cut], ways: &[f64]) -> Vec<f64> {
-    let mut more = vec![0.0; bundle.tubes.len()];
-    let (Some(length), Some(first)) = (friction.guide, cuts.first()) else { return more };
-    let couples = plate(bundle, first);
-    for (place, pair) in first.tubes.windows(2).enumerate() {
-        let [y, z] = couples[place + 1..].iter().fold([0.0; 2], |sum, c| [sum[0] + c[0], sum[1] + c[1]]);
-        let slip = (ways[pair[1]] - ways[pair[0]]).clamp(-1.0, 1.0);
-        let force = 2.0 * friction.coefficient * y.hypot(z) / length * slip;
-        more[pair[1]] += force;
-        more[pair[0]] -= force;
-    }
-    more
-}
-
 /// The command as it arrives above the guide.
 fn above(bundle: &Bundle, command: &BundleCommand, more: &[f64]) -> BundleCommand {
     let mut above = command.clone();
@@ -147,22 +134,24 @@ impl BundleSolver<'_> {
         (APART * friction.coefficient * lever).clamp(length / SECTIONS, length / FEWEST)
     }
 
-    /// Solves until friction and contact force agree: `friction` makes the one of the other; `given` is what it begins with, and `spans` are those that
-    /// stay, of the first solve where there are none.
+    /// Solves until friction and contact force agree: `rubbing` makes friction, and what every motor has to pull more, of what limits it, and `limits` is what it
+    /// begins with; `spans` are those that stay, of the first solve where there are none.
     pub(super) fn agree(
         &self,
         command: &BundleCommand,
         start: &BundleEquilibrium,
-        mut given: (Rubbing, Vec<f64>),
-        spacing: f64,
+        friction: &Friction,
+        mut limits: Limits,
         mut spans: Vec<usize>,
-        friction: impl Fn(&[Cut]) -> (Rubbing, Vec<f64>),
+        rubbing: impl Fn(&Limits) -> (Rubbing, Vec<f64>),
     ) -> Option<(Rubbed, Vec<Cut>)> {
+        let (spacing, length) = (self.spacing(friction), self.bundle.length());
+        let mut turns = Turns::default();
         let mut last = start.clone();
         let mut before: Option<Vec<TubeEffort>> = None;
         for rounds in 1..=ROUNDS {
-            let (rubbing, more) = given;
-            let bundle = Bundle { rubbing: Some(Arc::new(rubbing)), ..self.bundle.clone() };
+            let (own, more) = rubbing(&limits);
+            let bundle = Bundle { rubbing: Some(Arc::new(own)), ..self.bundle.clone() };
             let solver = BundleSolver::new(&bundle).with_stretch(self.stretch).with_tolerance(self.tolerance);
             // Steps that stay make one turn of the fixed point a smooth function of the one before.
             let steps = if rounds == 1 { last.between.coarsened() } else { last.between.clone() };
@@ -179,11 +168,11 @@ impl BundleSolver<'_> {
             let changed = before.as_ref().map_or(f64::INFINITY, |before| {
                 efforts.iter().zip(before).fold(0.0, |most: f64, (a, b)| most.max((a.force - b.force).abs()))
             });
-            let least = self.bundle.bending / self.bundle.length().powi(2);
-            if moved <= SETTLED * self.bundle.length() && changed <= AGREED * largest.max(least) {
+            let least = self.bundle.bending / length.powi(2);
+            if moved <= SETTLED * length && changed <= AGREED * largest.max(least) {
                 return Some((Rubbed { efforts, equilibrium: found, bundle, rounds }, cuts));
             }
-            given = friction(&cuts);
+            limits = turns.next(limits, Limits::new(self.bundle, friction, &cuts), length);
             (before, last) = (Some(efforts), found);
         }
         None
@@ -193,43 +182,75 @@ impl BundleSolver<'_> {
     /// friction. Motors are driven along their way from rest, and where they all stand still, the loads grow. `None` where one is not found.
     #[must_use]
     pub fn full_slip(&self, equilibrium: &BundleEquilibrium, friction: &Friction) -> Option<[Rubbed; 2]> {
-        let command = equilibrium.command();
+        let slipping = self.slipping(equilibrium, friction)?;
+        let of = |slip| self.slipped(equilibrium, friction, &slipping, slip);
+        Some([of(Slip::Loading)?, of(Slip::Unloading)?])
+    }
+
+    /// The same for one way alone.
+    #[must_use]
+    pub fn full_slip_of(
+        &self,
+        equilibrium: &BundleEquilibrium,
+        friction: &Friction,
+        slip: Slip,
+    ) -> Option<Rubbed> {
+        self.slipped(equilibrium, friction, &self.slipping(equilibrium, friction)?, slip)
+    }
+
+    /// How tubes slip where motors are driven on.
+    fn slipping(&self, equilibrium: &BundleEquilibrium, friction: &Friction) -> Option<Slipping> {
         let spacing = self.spacing(friction);
         let mut spans = Vec::new();
         let cuts = self.cuts(equilibrium, spacing, &mut spans)?;
-        let moved = self.settle(&driven_on(command), equilibrium)?;
+        let moved = self.settle(&driven_on(equilibrium.command()), equilibrium)?;
         let beyond = self.cuts(&moved, spacing, &mut spans)?;
-        let pairs: Vec<([usize; 2], Table<2>)> = neighbours(&cuts)
-            .into_iter()
-            .map(|pair| (pair, slip_directions(&cuts, &beyond, pair, radius(self.bundle, pair[1]))))
-            .collect();
+        let of =
+            |pair: [usize; 2]| (pair, slip_directions(&cuts, &beyond, pair, radius(self.bundle, pair[1])));
+        let pairs = neighbours(&cuts).into_iter().map(of).collect();
         let travels = moved.efforts.iter().zip(&equilibrium.efforts).map(|(a, b)| a.label - b.label);
-        let ways: Vec<f64> = travels.map(way).collect();
-        let side = |sign: f64| {
-            let given = |cuts: &[Cut]| {
-                let own = pairs.iter().map(|(pair, directions)| {
-                    let limits = limits(cuts, *pair, friction);
-                    let force: Columns<2> = limits
-                        .into_iter()
-                        .map(|(span, label, [limit])| {
-                            (span, label, directions.at(span, label).map(|way: f64| sign * limit * way))
-                        })
-                        .collect();
-                    let [outer, inner] = *pair;
-                    Pair {
-                        outer,
-                        inner,
-                        radius: radius(self.bundle, inner),
-                        law: Law::Given(Table::new(&force)),
-                    }
-                });
-                let ways: Vec<f64> = ways.iter().map(|way| way * sign).collect();
-                (Rubbing(own.collect()), guide(self.bundle, friction, cuts, &ways))
-            };
-            Some(self.agree(command, equilibrium, given(&cuts), spacing, spans.clone(), given)?.0)
-        };
-        Some([side(1.0)?, side(-1.0)?])
+        Some(Slipping {
+            pairs,
+            ways: travels.map(way).collect(),
+            limits: Limits::new(self.bundle, friction, &cuts),
+            spans,
+        })
     }
+
+    fn slipped(
+        &self,
+        equilibrium: &BundleEquilibrium,
+        friction: &Friction,
+        slipping: &Slipping,
+        slip: Slip,
+    ) -> Option<Rubbed> {
+        let Slipping { pairs, ways, limits, spans } = slipping;
+        let sign = if slip == Slip::Loading { 1.0 } else { -1.0 };
+        let ways: Vec<f64> = ways.iter().map(|way| way * sign).collect();
+        let rubbing = |limits: &Limits| {
+            let own = pairs.iter().map(|(pair, directions)| {
+                let force = limits.along(*pair).iter().map(|&(span, label, [limit])| {
+                    (span, label, directions.at(span, label).map(|way: f64| sign * limit * way))
+                });
+                let (law, [outer, inner]) = (Law::Given(Table::new(&force.collect::<Columns<2>>())), *pair);
+                Pair { outer, inner, radius: radius(self.bundle, inner), law }
+            });
+            (Rubbing(own.collect()), limits.more(&ways))
+        };
+        let command = equilibrium.command();
+        Some(self.agree(command, equilibrium, friction, limits.clone(), spans.clone(), rubbing)?.0)
+    }
+}
+
+/// How tubes slip where motors are driven on from rest.
+struct Slipping {
+    /// Directions along and around of every pair.
+    pairs: Vec<([usize; 2], Table<2>)>,
+    /// Which way every tube slides in the guide.
+    ways: Vec<f64>,
+    /// Limits and spans without friction.
+    limits: Limits,
+    spans: Vec<usize>,
 }
 
 /// 1, −1, or 0 of what does not move.

@@ -7,7 +7,8 @@
 use super::Bundle;
 use super::contact::Cut;
 use super::frame::Unknowns;
-use super::friction::{Friction, Rubbed, guide, limits, neighbours, radius, rows};
+use super::friction::{Friction, Rubbed, neighbours, radius, rows};
+use super::limits::{Limits, along};
 use super::rubbing::{BEYOND, Columns, Law, Pair, Rubbing, Table};
 use super::solve::{BundleCommand, BundleSolver, TubeEffort};
 use super::steps::Steps;
@@ -250,26 +251,23 @@ impl Level {
                 *way = travel.signum();
             }
         }
-        let rubbing = |limits: &dyn Fn(&Memory) -> Columns<1>| {
+        let rubbing = |limits: &Limits| {
             let pairs = self.memory.iter().map(|own| {
                 let [outer, inner] = own.pair;
                 let law = Law::History {
-                    limit: Table::new(&limits(own)),
+                    limit: Table::new(limits.along(own.pair)),
                     before: Table::new(&own.before),
                     stiffness: self.share * stiffest(bundle, own.pair),
                 };
                 Pair { outer, inner, radius: radius(bundle, inner), law }
             });
-            Rubbing(pairs.collect())
+            (Rubbing(pairs.collect()), limits.more(&ways))
         };
-        let first = (rubbing(&|own| own.limits.clone()), vec![0.0; ways.len()]);
+        let pairs = self.memory.iter().map(|own| (own.pair, own.limits.clone())).collect();
+        let first = Limits { pairs, guide: Vec::new() };
         let solver = BundleSolver::new(bundle).with_stretch(stretch).with_tolerance(TOLERANCE);
-        let next = |cuts: &[Cut]| {
-            let limits = |own: &Memory| limits(cuts, own.pair, friction);
-            (rubbing(&limits), guide(bundle, friction, cuts, &ways))
-        };
         let start = &self.rubbed.equilibrium;
-        let (rubbed, cuts) = solver.agree(to, start, first, solver.spacing(friction), Vec::new(), next)?;
+        let (rubbed, cuts) = solver.agree(to, start, friction, first, Vec::new(), rubbing)?;
         let none = Rubbing::default();
         let rubbing = rubbed.bundle.rubbing.as_deref().unwrap_or(&none);
         self.slipping = slipping(&cuts, rubbing);
@@ -283,7 +281,7 @@ fn memories(cuts: &[Cut], friction: &Friction, rubbing: &Rubbing) -> Vec<Memory>
     let each = neighbours(cuts).into_iter().map(|pair| Memory {
         pair,
         before: remembered(cuts, pair, |cut, place| held(rubbing, cut, place)),
-        limits: limits(cuts, pair, friction),
+        limits: along(cuts, pair, friction),
     });
     each.collect()
 }

@@ -25,8 +25,9 @@ pub(super) struct Balanced<L> {
     pub energy: L,
 }
 
-/// Steps for g.
+/// Steps for g, and the relative one with which they end: the next would be of its square.
 const STEPS: usize = 80;
+const SETTLED: f64 = 1e-8;
 
 fn strains(bent: [f64; 3], rest: [f64; 2], length: f64) -> [f64; 3] {
     [bent[0] / length - 1.0, bent[1] / length - rest[0], bent[2] / length - rest[1]]
@@ -36,7 +37,7 @@ fn along(matrix: &[[f64; 3]; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| a[i] * (0..3).map(|j| matrix[i][j] * b[j]).sum::<f64>()).sum()
 }
 
-/// g and w there for (h, w_Y, w_Z), by Newton's method kept between bounds; not finite where there is none.
+/// g and w there for (h, w_Y, w_Z), by Newton's method for 1/g², which a linear section ends with one step, kept between bounds; not finite where there is none.
 fn length(metal: &Metal, bent: [f64; 3], rest: [f64; 2], pull: f64) -> (f64, Potential) {
     let mut length = bent[0];
     let (mut least, mut most) = (0.0, f64::INFINITY);
@@ -49,14 +50,14 @@ fn length(metal: &Metal, bent: [f64; 3], rest: [f64; 2], pull: f64) -> (f64, Pot
         } else {
             most = length;
         }
-        let mut next = length - slope * length / along(&potential.second, s, s);
-        if !(next > least && next < most) {
+        let mut next = length / (1.0 + 2.0 * slope / along(&potential.second, s, s)).sqrt();
+        if !(next >= least && next <= most) {
             next = if most.is_finite() { 0.5 * (least + most) } else { 2.0 * length };
         }
         let step = next - length;
         length = next;
         potential = metal.at(strains(bent, rest, length));
-        if step.abs() <= 4.0 * f64::EPSILON * length {
+        if step.abs() <= SETTLED * length {
             break;
         }
     }

@@ -17,6 +17,7 @@
 
 use super::{Cut, NotchedTube, Outline, SectionError, TeethStiffness};
 use gauss_quad::GaussLegendre;
+use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 
 /// Stress beyond the proportional range.
@@ -42,18 +43,38 @@ pub struct Softening {
 /// Stretch e of the centroid line (-) and curvatures b_Y, b_Z less those at rest (1/m).
 pub(crate) type Strains = [f64; 3];
 
-/// A fibre: ε = arm · strains.
+/// Fibres at one distance from the centre, between two angles θ from the axis Y.
 #[derive(Clone, Copy, Debug)]
-struct Fibre {
-    arm: [f64; 3],
-    /// Its area, times the part of the cell for which it stands (m²).
-    weight: f64,
+struct Ring {
+    radius: f64,
+    ends: [End; 2],
+    /// Area per angle (m²).
+    density: f64,
+}
+
+/// An angle (rad) with its cosine and sine.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    angle: f64,
+    cos: f64,
+    sin: f64,
+}
+
+impl End {
+    fn at(angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self { angle, cos, sin }
+    }
 }
 
 /// Fibres whose stress leaves that of the stiffness by `slope` (Pa) per strain beyond `from`, on its side of zero.
 #[derive(Clone, Debug)]
 struct Layer {
-    fibres: Vec<Fibre>,
+    rings: Vec<Ring>,
+    /// c_e, c_Y, c_Z.
+    factors: [f64; 3],
+    /// Part of the cell for which they stand.
+    share: f64,
     from: f64,
     slope: f64,
 }
@@ -63,6 +84,8 @@ struct Layer {
 pub(crate) struct Metal {
     /// EA (N), EI_Y, EI_Z (N m²).
     stiffness: [f64; 3],
+    /// D of the section as cut (m).
+    offset: f64,
     layers: Vec<Layer>,
 }
 
@@ -81,9 +104,73 @@ pub(crate) struct Potential {
     pub second: [[f64; 3]; 3],
 }
 
-/// Rings of the rule on a quarter of the radius at most, and angles on half a section.
+/// Rings of the rule on a quarter of the radius at most. Each begins to soften, or to touch, at a strain of its own.
 const RINGS: usize = 4;
-const ANGLES: usize = 24;
+
+/// Integrals over fibres of the products of 1, Y and Z.
+type Moments = [[f64; 3]; 3];
+
+impl Ring {
+    /// Adds the integrals over what lies between two angles.
+    fn add(&self, from: &End, to: &End, all: &mut Moments) {
+        let way = to.angle - from.angle;
+        let half = 0.5 * (to.sin * to.cos - from.sin * from.cos);
+        let own = [
+            [way, to.sin - from.sin, from.cos - to.cos],
+            [0.0, 0.5 * way + half, 0.5 * (to.sin * to.sin - from.sin * from.sin)],
+            [0.0, 0.0, 0.5 * way - half],
+        ];
+        let sizes = [1.0, self.radius, self.radius];
+        for i in 0..3 {
+            for j in 0..3 {
+                all[i][j] += self.density * sizes[i] * sizes[j] * own[i.min(j)][i.max(j)];
+            }
+        }
+    }
+
+    /// Adds the integrals over the fibres at which a + g r cos(θ − θ₀) is above zero.
+    fn add_beyond(&self, a: f64, steepest: &Steepest, all: &mut Moments) {
+        let [first, last] = &self.ends;
+        let most = self.radius * steepest.slope;
+        if a <= -most {
+            return;
+        }
+        if a >= most {
+            return self.add(first, last, all);
+        }
+        let End { angle, cos, sin } = steepest.way;
+        let cos_half = -a / most;
+        let (half, sin_half) = (cos_half.acos(), (1.0 - cos_half * cos_half).sqrt());
+        let end = |side: f64| End {
+            angle: angle + side * half,
+            cos: cos * cos_half - side * sin * sin_half,
+            sin: sin * cos_half + side * cos * sin_half,
+        };
+        let ends = [end(-1.0), end(1.0)];
+        for turn in [-TAU, 0.0, TAU] {
+            let [from, to] = ends.map(|own| End { angle: own.angle + turn, ..own });
+            let from = if from.angle > first.angle { &from } else { first };
+            let to = if to.angle < last.angle { &to } else { last };
+            if from.angle < to.angle {
+                self.add(from, to, all);
+            }
+        }
+    }
+}
+
+/// The direction θ₀ in which a plane field rises, and its slope g.
+struct Steepest {
+    slope: f64,
+    way: End,
+}
+
+impl Steepest {
+    fn of(y: f64, z: f64) -> Self {
+        let slope = (y * y + z * z).sqrt();
+        let [cos, sin] = if slope > 0.0 { [y / slope, z / slope] } else { [1.0, 0.0] };
+        Self { slope, way: End { angle: sin.atan2(cos), cos, sin } }
+    }
+}
 
 impl Metal {
     /// The potential of a tube of constant depth whose stiffness is EA (N), EI_Y and EI_Z (N m²).
@@ -96,14 +183,18 @@ impl Metal {
             TeethStiffness::Flexible | TeethStiffness::Rigid => Cut::Plane,
         };
         let depth = tube.depth.eval(0.0, 1.0)[0].max(0.0);
-        let (kept, removed) = points(&tube.outline, depth, cut).ok_or(SectionError::Fibres)?;
-        let sum = |f: &dyn Fn(&[f64; 3]) -> f64| kept.iter().map(|p| p[2] * f(p)).sum::<f64>();
+        let (kept, removed) = rings(&tube.outline, depth, cut).ok_or(SectionError::Fibres)?;
+        let mut whole = Moments::default();
+        for ring in &kept {
+            let [from, to] = &ring.ends;
+            ring.add(from, to, &mut whole);
+        }
         let e = tube.material.youngs_modulus;
-        let area = sum(&|_| 1.0);
-        let offset = sum(&|p| p[0]) / area;
-        let own = [area, sum(&|p| p[1] * p[1]), sum(&|p| (p[0] - offset).powi(2))].map(|v| e * v);
+        let area = whole[0][0];
+        let offset = whole[0][1] / area;
+        let own = [area, whole[2][2], whole[1][1] - area * offset * offset].map(|v| e * v);
         let share = own[2] / stiffness[2];
-        let [by_e, by_y, by_z] = std::array::from_fn(|i| (stiffness[i] / (own[i] * share)).sqrt());
+        let factors = std::array::from_fn(|i| (stiffness[i] / (own[i] * share)).sqrt());
         let mut layers = Vec::new();
         if let Some(Softening { tension, compression }) = tube.material.softening {
             let sound =
@@ -111,23 +202,17 @@ impl Metal {
             if !(sound(&tension) && sound(&compression)) {
                 return Err(SectionError::Softening);
             }
-            let fibre = |p: &[f64; 3]| Fibre {
-                arm: [by_e, by_y * p[1], -by_z * (p[0] - offset)],
-                weight: share * p[2],
-            };
-            let fibres: Vec<Fibre> = kept.iter().map(fibre).collect();
-            layers.push(Layer { fibres: fibres.clone(), from: tension.onset, slope: tension.modulus - e });
-            layers.push(Layer { fibres, from: -compression.onset, slope: compression.modulus - e });
+            for (from, branch) in [(tension.onset, tension), (-compression.onset, compression)] {
+                let slope = branch.modulus - e;
+                layers.push(Layer { rings: kept.clone(), factors, share, from, slope });
+            }
         }
         if let Some(pattern) = tube.pattern.filter(|_| tube.contact && depth > 0.0) {
             let closing = pattern.pitch() / pattern.length;
-            let fibre = |p: &[f64; 3]| Fibre {
-                arm: [closing, closing * p[1], -closing * (p[0] - offset)],
-                weight: p[2] / closing,
-            };
-            layers.push(Layer { fibres: removed.iter().map(fibre).collect(), from: -1.0, slope: e });
+            let (factors, share) = ([closing; 3], 1.0 / closing);
+            layers.push(Layer { rings: removed, factors, share, from: -1.0, slope: e });
         }
-        Ok(Self { stiffness, layers })
+        Ok(Self { stiffness, offset, layers })
     }
 
     /// w (N) and its derivatives.
@@ -137,21 +222,29 @@ impl Metal {
         let second =
             std::array::from_fn(|i| std::array::from_fn(|j| if i == j { self.stiffness[i] } else { 0.0 }));
         let mut all = Potential { value, slopes, second };
-        for Layer { fibres, from, slope } in &self.layers {
-            for Fibre { arm, weight } in fibres {
-                let strain = arm[0] * strains[0] + arm[1] * strains[1] + arm[2] * strains[2];
-                let beyond = strain - from;
-                // On the side of zero on which the layer is.
-                if beyond * from <= 0.0 {
-                    continue;
-                }
-                let factor = weight * slope;
-                all.value += 0.5 * factor * beyond * beyond;
-                for i in 0..3 {
-                    all.slopes[i] += factor * beyond * arm[i];
-                    for j in 0..3 {
-                        all.second[i][j] += factor * arm[i] * arm[j];
-                    }
+        for Layer { rings, factors: [along, y, z], share, from, slope } in &self.layers {
+            let side = from.signum();
+            // By the strains: what lies beyond is a + b Y + c Z, on the side of zero on which the layer is.
+            let by = [[*along, 0.0, z * self.offset], [0.0, 0.0, -z], [0.0, *y, 0.0]];
+            let mut beyond = by.map(|row| side * (0..3).map(|i| row[i] * strains[i]).sum::<f64>());
+            beyond[0] -= side * from;
+            let (steepest, mut moments) = (Steepest::of(beyond[1], beyond[2]), Moments::default());
+            for ring in rings {
+                ring.add_beyond(beyond[0], &steepest, &mut moments);
+            }
+            if moments[0][0] <= 0.0 {
+                continue;
+            }
+            let factor = share * slope;
+            let product = |row: [f64; 3], other: [f64; 3]| (0..3).map(|i| row[i] * other[i]).sum::<f64>();
+            let turned = moments.map(|row| product(row, beyond));
+            all.value += 0.5 * factor * product(turned, beyond);
+            for i in 0..3 {
+                let own = by.map(|row| row[i]);
+                all.slopes[i] += factor * side * product(own, turned);
+                let across = moments.map(|row| product(row, own));
+                for j in 0..3 {
+                    all.second[i][j] += factor * product(by.map(|row| row[j]), across);
                 }
             }
         }
@@ -159,39 +252,29 @@ impl Metal {
     }
 }
 
-/// Points (Y, Z) with their areas.
-type Points = Vec<[f64; 3]>;
-
-/// Points of the part that a notch keeps and of the part that it removes; none for polygons, which have no such rule.
-fn points(outline: &Outline, depth: f64, cut: Cut) -> Option<(Points, Points)> {
+/// The part that a notch keeps and the part that it removes; none for polygons, which have no such rings.
+fn rings(outline: &Outline, depth: f64, cut: Cut) -> Option<(Vec<Ring>, Vec<Ring>)> {
     let Outline::Round { outer_radius, inner_radius } = *outline else { return None };
-    let [rings, angles] = [RINGS, ANGLES].map(|n| NonZeroUsize::new(n).map(GaussLegendre::new));
-    let (rings, angles) = (rings?, angles?);
+    let rule = GaussLegendre::new(NonZeroUsize::new(RINGS)?);
     let plane = depth - outer_radius;
     // Radii at which the cut begins and ends to cross the rings are edges of the rule.
     let mut edges = vec![inner_radius, outer_radius];
     edges.extend([0.25, 0.5, 0.75].map(|part| part * outer_radius).into_iter().filter(|r| *r > inner_radius));
     edges.extend(Some(plane.abs()).filter(|r| *r > inner_radius && *r < outer_radius));
     edges.sort_by(f64::total_cmp);
-    let (mut kept, mut removed) = (Points::new(), Points::new());
-    for ring in edges.windows(2) {
-        for (x, weight) in rings.as_node_weight_pairs() {
-            let half = 0.5 * (ring[1] - ring[0]);
-            let radius = ring[0] + half * (1.0 + x);
+    let (mut kept, mut removed) = (Vec::new(), Vec::new());
+    for pair in edges.windows(2) {
+        for (x, weight) in rule.as_node_weight_pairs() {
+            let half = 0.5 * (pair[1] - pair[0]);
+            let radius = pair[0] + half * (1.0 + x);
             let level = match cut {
                 Cut::Plane => plane / radius,
                 Cut::Radial => plane / outer_radius,
             };
             let end = level.clamp(-1.0, 1.0).acos();
-            for (part, from, to) in [(&mut kept, 0.0, end), (&mut removed, end, std::f64::consts::PI)] {
-                let span = 0.5 * (to - from);
-                if span <= 0.0 {
-                    continue;
-                }
-                for (y, share) in angles.as_node_weight_pairs() {
-                    let (sin, cos) = (from + span * (1.0 + y)).sin_cos();
-                    let area = radius * half * weight * span * share;
-                    part.extend([1.0, -1.0].map(|side| [radius * cos, side * radius * sin, area]));
+            for (part, ends) in [(&mut kept, [-end, end]), (&mut removed, [end, TAU - end])] {
+                if ends[1] > ends[0] {
+                    part.push(Ring { radius, ends: ends.map(End::at), density: radius * half * weight });
                 }
             }
         }
@@ -269,6 +352,38 @@ mod tests {
             }
         }
         assert!(softened >= 3, "the strains are too small to test anything");
+    }
+
+    /// What is integrated along rings is the sum over fine fibres.
+    #[test]
+    fn rings_are_the_sum_of_their_fibres() {
+        let tube = tube(1.4e-3, two_slopes(), true);
+        let metal = Metal::new(&tube, own(&tube, 1.4e-3)).unwrap();
+        let fine = 1000;
+        let width = 0.11e-3 / f64::from(fine / 10);
+        for [e, y, z] in [[0.008, 4.0, 90.0], [-0.01, -25.0, -120.0], [0.002, 40.0, -170.0]] {
+            let (mut softer, mut closed) = (0.0, 0.0);
+            for i in 0..fine / 10 {
+                let radius = 0.7e-3 + (f64::from(i) + 0.5) * width;
+                for j in 0..fine {
+                    let turn = TAU / f64::from(fine);
+                    let (sin, cos) = ((f64::from(j) + 0.5) * turn).sin_cos();
+                    let strain = e - z * (radius * cos - metal.offset) + y * radius * sin;
+                    let area = radius * width * turn;
+                    if radius * cos > 0.59e-3 {
+                        let beyond = (strain - 0.01).max(0.0) + (-0.015 - strain).max(0.0);
+                        softer -= area * 0.5 * 0.92 * E * beyond * beyond;
+                    } else {
+                        closed += area * 0.4 * 0.5 * E * (-1.0 - 2.5 * strain).max(0.0).powi(2);
+                    }
+                }
+            }
+            let found = metal.at([e, y, z]).value;
+            let linear = 0.5 * (0..3).map(|i| metal.stiffness[i] * [e, y, z][i].powi(2)).sum::<f64>();
+            let wanted = softer + closed;
+            assert!(wanted.abs() > 1e-3 * linear, "the strains are too small to test anything");
+            assert!((found - linear - wanted).abs() < 2e-3 * wanted.abs(), "{found} for {linear} + {wanted}");
+        }
     }
 
     /// A ring under tension: all fibres at once.
