@@ -32,6 +32,8 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
         match (estimate.parameter.kind, estimate.parameter.tube) {
             // No robot file has it.
             (ParameterKind::Friction, _) => {}
+            (ParameterKind::ToothFactor, None) => each_tube(&mut document, |tube| teeth(tube, number))?,
+            (ParameterKind::ToothFactor, Some(k)) => teeth(own_tube(&mut document, k)?, number)?,
             (ParameterKind::OnsetStrain, tube) => {
                 soften(&mut document, tube, "onset_strain_percent", number)?;
             }
@@ -120,16 +122,31 @@ fn as_number(item: &Item) -> Option<f64> {
 /// Multiplies the rest curvatures of a tube and of its parts.
 fn curve(tube: &mut Table, factor: f64) -> Result<(), FileProblem> {
     let key = "rest_curvature_1_m";
-    let scale = |own: &mut Table| {
+    with_parts(tube, |own| {
         if let Some(old) = own.get(key).and_then(as_number) {
             put(own, key, old * factor);
         }
-    };
-    scale(tube);
+    })
+}
+
+/// Sets the factor on teeth whose cells are computed, of a tube and of its parts.
+fn teeth(tube: &mut Table, factor: f64) -> Result<(), FileProblem> {
+    with_parts(tube, |own| {
+        let notches = own.get_mut("notches").and_then(Item::as_table_mut);
+        let computed = |own: &&mut Table| own.get("teeth").and_then(Item::as_str) == Some("cell");
+        if let Some(own) = notches.filter(computed) {
+            put(own, "tooth_factor", factor);
+        }
+    })
+}
+
+/// Changes a tube and its parts.
+fn with_parts(tube: &mut Table, mut change: impl FnMut(&mut Table)) -> Result<(), FileProblem> {
+    change(tube);
     if let Some(parts) = tube.get_mut("part") {
         let parts = parts.as_array_of_tables_mut();
         let parts = parts.ok_or_else(|| FileProblem("part is not written as [[tube.part]] tables".into()))?;
-        parts.iter_mut().for_each(scale);
+        parts.iter_mut().for_each(change);
     }
     Ok(())
 }

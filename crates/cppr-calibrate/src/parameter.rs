@@ -2,7 +2,7 @@
 
 use crate::design::Design;
 use cppr::bundle::{Friction, Part};
-use cppr::design::{Branch, Softening, TubeDesign};
+use cppr::design::{Branch, CellTable, Cut, Softening, TeethStiffness, TubeDesign};
 use std::fmt;
 
 /// A kind of parameter.
@@ -22,10 +22,12 @@ pub enum ParameterKind {
     SecondModulus,
     /// Coefficient of friction between the tubes (-), which no design has.
     Friction,
+    /// Factor on what the teeth of notches bend, where their cells are computed (-).
+    ToothFactor,
 }
 
 /// Names, units for people with their size in SI.
-const KINDS: [(ParameterKind, &str, (&str, f64)); 7] = [
+const KINDS: [(ParameterKind, &str, (&str, f64)); 8] = [
     (ParameterKind::CentroidOffsetFactor, "centroid_offset_factor", ("-", 1.0)),
     (ParameterKind::YoungsModulus, "youngs_modulus", ("GPa", 1e9)),
     (ParameterKind::ShearModulus, "shear_modulus", ("GPa", 1e9)),
@@ -33,6 +35,7 @@ const KINDS: [(ParameterKind, &str, (&str, f64)); 7] = [
     (ParameterKind::OnsetStrain, "onset_strain", ("%", 1e-2)),
     (ParameterKind::SecondModulus, "second_modulus", ("GPa", 1e9)),
     (ParameterKind::Friction, "friction", ("-", 1.0)),
+    (ParameterKind::ToothFactor, "tooth_factor", ("-", 1.0)),
 ];
 
 /// Where the search for a coefficient of friction begins, unless one is given.
@@ -66,6 +69,10 @@ pub enum ParameterProblem {
     Straight(String, Option<usize>),
     /// None of these tubes is of metal that softens: robot, and the tube's number where one was named.
     Linear(String, Option<usize>),
+    /// No teeth of these tubes are computed: robot, and the tube's number where one was named.
+    NoCells(String, Option<usize>),
+    /// Notches of a tube are cut radially: robot, tube number.
+    Radial(String, usize),
     /// One value for all tubes: the name.
     OfAll(&'static str),
     /// The same parameter twice, or once for all tubes and once for one.
@@ -97,6 +104,18 @@ impl fmt::Display for ParameterProblem {
                      values to begin at, into [material]"
                 )
             }
+            Self::NoCells(robot, tube) => {
+                let which = tube.map_or("no tube".into(), |tube| format!("tube {tube} not"));
+                write!(
+                    f,
+                    "{which} of {robot} has teeth = \"cell\" in its robot file, and tooth_factor is one on what those bend"
+                )
+            }
+            Self::Radial(robot, tube) => write!(
+                f,
+                "the notches of tube {tube} of {robot} are cut radially, and tooth_factor is for notches that a plane cuts: what a radial cut \
+                 leaves is stiffer than the section that the factor begins with"
+            ),
             Self::OfAll(name) => write!(f, "{name} is one for all tubes; write it without @"),
             Self::Twice(name) => write!(f, "{name} is asked for twice"),
         }
@@ -146,23 +165,28 @@ impl Parameter {
         self.facts().1
     }
 
+    /// Of what may vanish, the change of the value that the search counts as 1.
+    fn full(&self) -> Option<f64> {
+        match self.kind {
+            ParameterKind::Friction => Some(FULL_FRICTION),
+            ParameterKind::ToothFactor => Some(1.0),
+            _ => None,
+        }
+    }
+
     /// Change of the value that the search counts as 1: the value itself, or of what may vanish a size of its own.
     pub(crate) fn size(&self, value: f64) -> f64 {
-        if self.kind == ParameterKind::Friction { FULL_FRICTION } else { value }
+        self.full().unwrap_or(value)
     }
 
     /// The value at which the search is, as far from the start as it says.
     pub(crate) fn value(&self, start: f64, moved: f64) -> f64 {
-        if self.kind == ParameterKind::Friction { start + FULL_FRICTION * moved } else { start * moved.exp() }
+        self.full().map_or_else(|| start * moved.exp(), |full| start + full * moved)
     }
 
     /// Where the search is at a value.
     pub(crate) fn place(&self, start: f64, value: f64) -> f64 {
-        if self.kind == ParameterKind::Friction {
-            (value - start) / FULL_FRICTION
-        } else {
-            (value / start).ln()
-        }
+        self.full().map_or_else(|| (value / start).ln(), |full| (value - start) / full)
     }
 
     /// Least and greatest value for these designs; a second modulus is no greater than the first.
@@ -226,6 +250,18 @@ impl Parameter {
         }
         match self.kind {
             ParameterKind::CentroidOffsetFactor | ParameterKind::Friction => {}
+            ParameterKind::ToothFactor => {
+                let of = |tube: usize| {
+                    design.bodies(tube).into_iter().filter_map(move |own| Some((tube + 1, cells(own)?)))
+                };
+                let all: Vec<(usize, &CellTable)> = self.tubes(count).flat_map(of).collect();
+                if all.is_empty() {
+                    return Err(ParameterProblem::NoCells(name(), self.tube));
+                }
+                if let Some((tube, _)) = all.iter().find(|(_, own)| own.cut == Cut::Radial) {
+                    return Err(ParameterProblem::Radial(name(), *tube));
+                }
+            }
             ParameterKind::OnsetStrain | ParameterKind::SecondModulus => {
                 if self.softenings(std::slice::from_ref(design)).next().is_none() {
                     return Err(ParameterProblem::Linear(name(), self.tube));
@@ -273,6 +309,11 @@ impl Parameter {
                     ParameterKind::YoungsModulus => values.extend(design.moduli(tube).map(|[e, _]| e)),
                     ParameterKind::ShearModulus => values.extend(design.moduli(tube).map(|[_, g]| g)),
                     ParameterKind::RestCurvatureFactor => values.push(1.0),
+                    ParameterKind::ToothFactor => {
+                        values.extend(
+                            design.bodies(tube).into_iter().filter_map(cells).map(|own| own.tooth_factor),
+                        );
+                    }
                     ParameterKind::OnsetStrain | ParameterKind::SecondModulus | ParameterKind::Friction => {}
                 }
             }
@@ -310,6 +351,11 @@ impl Parameter {
                             own.tension.modulus = value;
                         }
                     }
+                    (ParameterKind::ToothFactor, TubeDesign::Notched(t)) => {
+                        if let TeethStiffness::Cells(table) = &mut t.teeth {
+                            table.tooth_factor = value;
+                        }
+                    }
                     (ParameterKind::RestCurvatureFactor | ParameterKind::Friction, _)
                     | (_, TubeDesign::Stiffness(_)) => {}
                 }
@@ -334,6 +380,17 @@ fn factor(body: &TubeDesign) -> f64 {
     match body {
         TubeDesign::Notched(t) => t.centroid_offset_factor,
         TubeDesign::Stiffness(t) => t.centroid_offset_factor,
+    }
+}
+
+/// The cells of a tube, where they are computed.
+fn cells(body: &TubeDesign) -> Option<&CellTable> {
+    match body {
+        TubeDesign::Notched(t) => match &t.teeth {
+            TeethStiffness::Cells(table) => Some(table),
+            TeethStiffness::Flexible | TeethStiffness::Rigid => None,
+        },
+        TubeDesign::Stiffness(_) => None,
     }
 }
 

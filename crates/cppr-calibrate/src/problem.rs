@@ -208,7 +208,14 @@ impl Problem<'_> {
                 onset * 100.0
             ));
         }
-        if has(&[ParameterKind::YoungsModulus, ParameterKind::ShearModulus]).is_some() || why.is_empty() {
+        let moduli = has(&[ParameterKind::YoungsModulus, ParameterKind::ShearModulus]);
+        if has(&[ParameterKind::ToothFactor]).is_some() && moduli.is_some() {
+            why.push(
+                "Teeth that bend more look like softer metal: tubes of one material whose notches and teeth differ in \
+                 length tell them apart, or a known modulus."
+                    .into(),
+            );
+        } else if moduli.is_some() || why.is_empty() {
             why.push(
                 "Motions of unloaded robots do not show a common modulus (Remark 19), motions without rotation no \
                  shear modulus. Add loaded or turned measurements, or fit less"

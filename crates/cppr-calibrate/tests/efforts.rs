@@ -3,7 +3,7 @@
 
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeDrive, TubeEffort};
 use cppr::bundle::{Bundle, BundleDesign, Friction};
-use cppr::design::Robot;
+use cppr::design::{CellFactors, CellRange, CellTable, Cut, Robot, TeethStiffness, TubeDesign};
 use cppr::solve::{Command, Drive, Solver};
 use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
 use std::fmt::Write;
@@ -165,6 +165,85 @@ fn a_fit_that_ends_at_a_bound_says_so() {
     let fit = fitted(&wrist(), &csv, &["second_modulus"], None).unwrap();
     let own = &fit.estimates[0];
     assert!(own.at_bound && (own.value / 40e9 - 1.0).abs() < 1e-9, "{own:?}");
+}
+
+/// A measured wrist whose cells are as if they had been computed: teeth of which 0.2 mm bend.
+fn with_cells(name: &str) -> Design {
+    let mut design = described(&text(name).replace("teeth = \"cell\"\ncontact = true\n", ""));
+    let Design::Bundle(own) = &mut design else { panic!("a robot") };
+    let part = own.tubes[0].parts.last_mut().unwrap();
+    let TubeDesign::Notched(tube) = &mut part.body else { panic!("no notches") };
+    let pattern = tube.pattern.unwrap();
+    let share = pattern.pitch() / (pattern.length + 0.2e-3);
+    let factors = CellFactors {
+        centroid_offset: 1.0,
+        bending_y: share,
+        bending_z: share,
+        torsion: share,
+        axial: share,
+        mass: 1.0,
+        peak: None,
+    };
+    tube.teeth = TeethStiffness::Cells(CellTable {
+        outline: tube.outline.clone(),
+        notch: pattern.length,
+        tooth: pattern.tooth,
+        cut: Cut::Plane,
+        corner_radius: None,
+        poissons_ratio: tube.material.poissons_ratio,
+        tooth_factor: 1.0,
+        ranges: vec![CellRange { nodes: vec![(1.4e-3, factors)] }],
+    });
+    design
+}
+
+/// Wrists whose notches differ in length tell what teeth bend from the modulus; one alone does not.
+#[test]
+fn a_factor_on_teeth() {
+    let truth = [("youngs_modulus", 46e9), ("tooth_factor", 1.4)];
+    let list = truth.map(|(name, _)| Parameter::parse(name).unwrap());
+    let designs = ["wrists/wrist150", "wrists/wrist90"].map(with_cells);
+    let mut csv = String::from("robot,tension2_N,bend_deg,sigma_deg\n");
+    for design in &designs {
+        let mut own = design.clone();
+        list.iter().zip(truth).for_each(|(parameter, (_, value))| parameter.set(&mut own, value));
+        let bundle = Bundle::new(&bundle(&own)).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        for force in [0.1, 0.2, 0.3] {
+            let mut command = solver.held();
+            command.drives[1].translation = Drive::Effort(force);
+            writeln!(csv, "{},{force},{},1e-3", design.name(), bend(&solver.solve(&command))).unwrap();
+        }
+    }
+    let found = fit(&designs, &read(&csv, 2).unwrap(), &list, None, None).unwrap();
+    for (own, (name, want)) in found.estimates.iter().zip(truth) {
+        assert!((own.value / want - 1.0).abs() < 1e-4 && !own.at_bound, "{name}: {own:?}");
+        assert!((own.before / want - 1.0).abs() > 0.1, "{name}");
+    }
+    let file = fitted_file(&text("wrists/wrist90"), &found.estimates).unwrap();
+    assert!(file.contains("tooth_factor = 1.4"), "{file}");
+    let one: String = csv
+        .lines()
+        .filter(|row| !row.starts_with("Wrist 90"))
+        .fold(String::new(), |all, row| all + row + "\n");
+    let rows = read(&one.replace("1e-3", "1"), 2).unwrap();
+    let problem = fit(&designs[..1], &rows, &list, None, None).unwrap_err();
+    let FitProblem::Invisible { combination, .. } = &problem else { panic!("{problem}") };
+    assert!(combination.iter().any(|(own, _)| own.to_string() == "tooth_factor"), "{problem}");
+    assert!(problem.to_string().contains("differ in length tell them apart"), "{problem}");
+
+    // Teeth that are not computed, and cuts that the factor is not for.
+    let problem = fitted(&wrist(), &csv, &["tooth_factor"], None).unwrap_err().to_string();
+    assert!(problem.contains("no tube of Wrist 90 has teeth = \"cell\""), "{problem}");
+    let mut radial = designs[0].clone();
+    if let Design::Bundle(own) = &mut radial
+        && let TubeDesign::Notched(tube) = &mut own.tubes[0].parts[1].body
+        && let TeethStiffness::Cells(table) = &mut tube.teeth
+    {
+        table.cut = Cut::Radial;
+    }
+    let problem = fit(&[radial], &rows, &list[1..], None, None).unwrap_err().to_string();
+    assert!(problem.contains("tube 1 of Wrist 150 are cut radially"), "{problem}");
 }
 
 /// Tension and tip of R1 with tubes that rub, by motors driven on and back.

@@ -49,6 +49,7 @@ pub fn table(cell: &Cell, least: f64, greatest: f64) -> Result<CellTable, CellEr
         cut: cell.cut,
         corner_radius: cell.corner_radius,
         poissons_ratio: cell.poissons_ratio,
+        tooth_factor: 1.0,
         ranges,
     })
 }

@@ -23,7 +23,7 @@ Examples:
   cppr calibrate robots/bundles/concentric3.toml --data examples/calibration/concentric3.csv --fit rest_curvature_factor,shear_modulus
   cppr calibrate robots/r1.toml --data examples/calibration/loop.csv --fit youngs_modulus,friction
 
-Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor, onset_strain, second_modulus; with @K for tube K
+Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor, onset_strain, second_modulus, tooth_factor; with @K for tube K
 alone. friction is one for all tubes. All robots share them. Without --fit the robots are compared as they are.
 The table: one row per measurement, columns robot, pull2_mm, rotate2_deg, tension2_N, tip_force_y_N, driven, x_mm, y_mm, z_mm, bend_deg,
 measured_tension2_N, sigma_mm, ... (docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";

@@ -12,7 +12,7 @@ use crate::teeth::{Teeth, read_teeth};
 use cppr::design::{BelowPlate, Outline, Profile, Torsion};
 use toml::de::DeValue;
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "depth_mm",
     "length_mm",
     "tooth_mm",
@@ -24,6 +24,7 @@ const KEYS: [&str; 12] = [
     "teeth",
     "cut",
     "corner_radius_mm",
+    "tooth_factor",
     "contact",
 ];
 /// Most notches of a tube.

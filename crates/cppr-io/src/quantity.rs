@@ -145,6 +145,15 @@ quantity!(
     "180.0"
 );
 quantity!(
+    TOOTH_FACTOR,
+    "a factor on what teeth bend",
+    NONE,
+    Sign::NotNegative,
+    1e-6..1e2,
+    "1 is what the finite elements of the cell compute.",
+    "1.0"
+);
+quantity!(
     FACTOR,
     "a factor",
     NONE,

@@ -8,7 +8,7 @@
 //! | `[material]`, `[tube.material]` | `youngs_modulus_GPa`, `poissons_ratio` or `shear_modulus_GPa`, `density_kg_m3`, `allowable_strain_percent` (none); a tube's keys take the place of the robot's |
 //! | `[calibration]` | `centroid_offset_factor` (1) |
 //! | `[[tube]]`, the leader first | `outer_radius_mm`, `inner_radius_mm`, `shape` ("round"; "square" and "hexagon" take half the width across flats as radii), `centroid_offset_factor` (that of the robot) |
-//! | `[tube.notches]` | `depth_mm`, `length_mm`, `tooth_mm`, `count` (as many as fit), `opening_deg`, `twist_deg` (0), `torsion` ("saint-venant", "polar" or `{ stiffness_Nmm2 = ... }`), `below_plate` ("plain" or "continued"), `teeth` ("flexible", "rigid" or "cell"), and with cells `cut` ("plane" or "radial"), `corner_radius_mm` (sharp) |
+//! | `[tube.notches]` | `depth_mm`, `length_mm`, `tooth_mm`, `count` (as many as fit), `opening_deg`, `twist_deg` (0), `torsion` ("saint-venant", "polar" or `{ stiffness_Nmm2 = ... }`), `below_plate` ("plain" or "continued"), `teeth` ("flexible", "rigid" or "cell"), and with cells `cut` ("plane" or "radial"), `corner_radius_mm` (sharp), `tooth_factor` (1) |
 //! | `[tube.stiffness]`, instead of radii and notches | `centroid_offset_mm`, `bending_y_Nmm2`, `bending_z_Nmm2`, `torsion_Nmm2`, `axial_N` (unknown), `mass_per_length_g_m` (0), `opening_deg`, `twist_deg` (0) |
 //!
 //! A direction is that to which the notches open, from +Y towards +Z; the centroid lies on the other side,

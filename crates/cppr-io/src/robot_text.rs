@@ -164,13 +164,16 @@ fn notched(
     match teeth {
         TeethStiffness::Flexible => {}
         TeethStiffness::Rigid => text += "teeth = \"rigid\"\n",
-        TeethStiffness::Cells(CellTable { cut, corner_radius, .. }) => {
+        TeethStiffness::Cells(CellTable { cut, corner_radius, tooth_factor, .. }) => {
             text += "teeth = \"cell\"\n";
             if *cut == Cut::Radial {
                 text += "cut = \"radial\"\n";
             }
             if let Some(radius) = corner_radius {
                 let _ = writeln!(text, "corner_radius_mm = {}", number(*radius, quantity::MM, 1.0));
+            }
+            if (tooth_factor - 1.0).abs() > 0.0 {
+                let _ = writeln!(text, "tooth_factor = {tooth_factor}");
             }
         }
     }

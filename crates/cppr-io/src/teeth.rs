@@ -1,8 +1,10 @@
-//! `teeth`, `cut` and `corner_radius_mm` of `[tube.notches]`: what the teeth do to the stiffness, and the cells that tell.
+//! `teeth`, `cut`, `corner_radius_mm` and `tooth_factor` of `[tube.notches]`: what the teeth do to the stiffness, and the cells that tell.
 
 use crate::cursor::Cursor;
 use crate::problems::Collector;
-use crate::quantity::CORNER;
+use crate::quantity::{CORNER, TOOTH_FACTOR};
+#[cfg(not(target_family = "wasm"))]
+use cppr::design::CellTable;
 use cppr::design::{Cut, NotchedTube, TeethStiffness};
 #[cfg(not(target_family = "wasm"))]
 use cppr_cell::{Cell, table};
@@ -24,6 +26,7 @@ pub(crate) enum Teeth {
 pub(crate) struct CellOrder {
     cut: Cut,
     corner_radius: Option<f64>,
+    tooth_factor: f64,
     key: String,
     span: Range<usize>,
 }
@@ -44,8 +47,9 @@ pub(crate) fn read_teeth(cursor: &Cursor<'_, '_>, pattern: bool, out: &mut Colle
     };
     let cut = cursor.get("cut").map(|entry| entry.word(&["plane", "radial"], out));
     let radius = cursor.field("corner_radius_mm", &CORNER, out);
+    let factor = cursor.field("tooth_factor", &TOOTH_FACTOR, out);
     if word != "cell" {
-        for key in ["cut", "corner_radius_mm"] {
+        for key in ["cut", "corner_radius_mm", "tooth_factor"] {
             if let Some(entry) = cursor.get(key) {
                 let message = "this needs the finite elements of a cell; without them it changes nothing";
                 entry.wrong(message, "Write teeth = \"cell\" beside it, or leave it out.", out);
@@ -69,7 +73,14 @@ pub(crate) fn read_teeth(cursor: &Cursor<'_, '_>, pattern: bool, out: &mut Colle
                 out.missing(entry.span, entry.key, message, help);
                 return None;
             }
-            Some(Teeth::Cells(CellOrder { cut, corner_radius, key: entry.key, span: entry.span }))
+            let tooth_factor = if factor.present { factor.value? } else { 1.0 };
+            Some(Teeth::Cells(CellOrder {
+                cut,
+                corner_radius,
+                tooth_factor,
+                key: entry.key,
+                span: entry.span,
+            }))
         }
         _ => Some(Teeth::Flexible),
     }
@@ -117,7 +128,10 @@ impl CellOrder {
             poissons_ratio: tube.material.poissons_ratio,
         };
         match table(&cell, least, greatest) {
-            Ok(table) => Some(NotchedTube { teeth: TeethStiffness::Cells(table), ..tube }),
+            Ok(table) => {
+                let table = CellTable { tooth_factor: self.tooth_factor, ..table };
+                Some(NotchedTube { teeth: TeethStiffness::Cells(table), ..tube })
+            }
             Err(error) => {
                 let help = "Change what it names, or write teeth = \"flexible\" or \"rigid\".";
                 out.wrong(self.span, self.key, error.to_string(), help);

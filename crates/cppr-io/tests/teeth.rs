@@ -1,4 +1,4 @@
-//! `teeth`, `cut` and `corner_radius_mm` of a robot file.
+//! `teeth`, `cut`, `corner_radius_mm` and `tooth_factor` of a robot file.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use cppr::Vector3;
@@ -63,12 +63,31 @@ fn cells_make_r1_stiffer_by_half() {
     }
 }
 
+/// Of every stiffness f of a cell, relative to the section at the notch, the teeth's δ is (ℓ + t)/f − ℓ.
+#[test]
+fn a_factor_on_teeth_scales_what_they_bend() {
+    let cell = |factor: &str| fields(&format!("{LENGTHS}teeth = \"cell\"\n{factor}"));
+    let (plain, own) = (fields(LENGTHS), cell(""));
+    assert_eq!(cell("tooth_factor = 1.0"), own);
+    let (none, more) = (cell("tooth_factor = 0"), cell("tooth_factor = 1.3"));
+    let read: [fn(&FieldValues) -> f64; 4] = [|f| f.bending_y, |f| f.bending_z, |f| f.torsion, |f| f.axial];
+    for of in read {
+        let [own, none, more] = [&own, &none, &more].map(|fields| of(fields) / of(&plain));
+        let delta = 10.0 / own - 5.0;
+        assert!(delta > 0.1 && (none / 2.0 - 1.0).abs() < 1e-12, "{delta} {none}");
+        assert!((more / (10.0 / (5.0 + 1.3 * delta)) - 1.0).abs() < 1e-12, "{more}");
+    }
+    assert!((more.centroid_offset - own.centroid_offset).abs() <= 0.0);
+}
+
 #[test]
 fn what_cells_cannot_be_is_said_with_its_place() {
     refused("teeth = \"rigid\"", "the stiffness of teeth needs the lengths of notch and tooth");
     refused(&format!("{LENGTHS}teeth = \"stiff\""), "Known are \"flexible\", \"rigid\" and \"cell\"");
     refused(&format!("{LENGTHS}cut = \"radial\""), "needs the finite elements of a cell");
     refused(&format!("{LENGTHS}corner_radius_mm = 0.2"), "needs the finite elements of a cell");
+    refused(&format!("{LENGTHS}tooth_factor = 1.2"), "needs the finite elements of a cell");
+    refused(&format!("{LENGTHS}teeth = \"cell\"\ntooth_factor = -1"), "tooth_factor");
     refused(
         &format!("{LENGTHS}teeth = \"cell\"\ncut = \"radial\""),
         "needs the radius of the notch's corners",
@@ -103,7 +122,7 @@ fn a_part_of_a_tube_has_teeth_as_a_tube_has() {
 
 #[test]
 fn teeth_are_written_as_they_are_read() {
-    for teeth in ["teeth = \"rigid\"", "teeth = \"cell\""] {
+    for teeth in ["teeth = \"rigid\"", "teeth = \"cell\"", "teeth = \"cell\"\ntooth_factor = 1.25"] {
         let design = robot_file::parse(&text(&format!("{LENGTHS}{teeth}"))).unwrap().design;
         let written = robot_text::write(&design).unwrap();
         assert_eq!(robot_file::parse(&written).unwrap().design, design, "{written}");

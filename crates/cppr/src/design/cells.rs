@@ -102,7 +102,10 @@ pub struct CellTable {
     pub corner_radius: Option<f64>,
     /// Poisson's ratio (-).
     pub poissons_ratio: f64,
-    /// By rising depth.
+    /// By how much more than computed the teeth bend (-), at least 0: every stiffness is that of the section at the notch times (ℓ + t)/(ℓ + δ), and its δ is taken
+    /// this many times; 1 is as computed, 0 are teeth that do not deform.
+    pub tooth_factor: f64,
+    /// By rising depth, as computed.
     pub ranges: Vec<CellRange>,
 }
 
@@ -115,6 +118,8 @@ pub enum CellProblem {
     OtherTube(&'static str),
     /// The table does not cover this depth (m).
     Depth(f64),
+    /// The factor on what the teeth bend is no number of at least 0.
+    ToothFactor(f64),
 }
 
 impl fmt::Display for CellProblem {
@@ -130,6 +135,9 @@ impl fmt::Display for CellProblem {
                 "the table of cells does not cover a depth of {:.6} mm; compute it for all depths of the pattern",
                 depth * 1e3
             ),
+            Self::ToothFactor(factor) => {
+                write!(f, "the factor on what teeth bend is {factor}; it is at least 0")
+            }
         }
     }
 }
@@ -139,8 +147,31 @@ impl std::error::Error for CellProblem {}
 /// Depths that differ by less are the same (relative to the outer radius): rounding of profiles.
 const SAME_DEPTH: f64 = 1e-9;
 
+impl CellFactors {
+    /// The same where the lengths δ of the teeth that bend are `factor` times as long, in a cell of a notch and a tooth (m).
+    fn with_teeth(self, factor: f64, [notch, tooth]: [f64; 2]) -> Self {
+        let pitch = notch + tooth;
+        let scaled = |own: f64| pitch / (notch + factor * (pitch / own - notch));
+        // What the mean does less, the notch does more.
+        let notches = |own: f64| scaled(own) / own;
+        Self {
+            bending_y: scaled(self.bending_y),
+            bending_z: scaled(self.bending_z),
+            torsion: scaled(self.torsion),
+            axial: scaled(self.axial),
+            peak: self.peak.map(|peak| PeakStrain {
+                bending_z: peak.bending_z.map(|own| own * notches(self.bending_z)),
+                stretch: peak.stretch.map(|own| own * notches(self.axial)),
+                bending_y: peak.bending_y * notches(self.bending_y),
+                twist: peak.twist * notches(self.torsion),
+            }),
+            ..self
+        }
+    }
+}
+
 impl CellTable {
-    /// Factors at a depth (m), where the table covers it.
+    /// Factors at a depth (m), where the table covers it, with teeth that bend by the [`Self::tooth_factor`].
     #[must_use]
     pub fn at(&self, depth: f64) -> Option<CellFactors> {
         let slack = SAME_DEPTH * self.outline.outer_reach();
@@ -156,7 +187,7 @@ impl CellTable {
         };
         let peaks = range.nodes.iter().all(|(_, factors)| factors.peak.is_some());
         let peak = |read: &dyn Fn(&PeakStrain) -> f64| value(&|f| f.peak.as_ref().map_or(f64::NAN, read));
-        Some(CellFactors {
+        let computed = CellFactors {
             centroid_offset: value(&|f| f.centroid_offset),
             bending_y: value(&|f| f.bending_y),
             bending_z: value(&|f| f.bending_z),
@@ -169,11 +200,16 @@ impl CellTable {
                 bending_y: peak(&|p| p.bending_y),
                 twist: peak(&|p| p.twist),
             }),
-        })
+        };
+        let scales = (self.tooth_factor - 1.0).abs() > 0.0;
+        Some(if scales { computed.with_teeth(self.tooth_factor, [self.notch, self.tooth]) } else { computed })
     }
 
     /// Is this the table of that tube?
     fn check(&self, tube: &NotchedTube, pattern: &NotchPattern) -> Result<(), CellProblem> {
+        if !(self.tooth_factor >= 0.0 && self.tooth_factor.is_finite()) {
+            return Err(CellProblem::ToothFactor(self.tooth_factor));
+        }
         let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * a.abs().max(b.abs());
         let other = [
             ("outline", self.outline != tube.outline),
