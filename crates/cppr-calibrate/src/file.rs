@@ -30,8 +30,8 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
     for estimate in sorted {
         let number = estimate.value / estimate.parameter.unit().1;
         match (estimate.parameter.kind, estimate.parameter.tube) {
-            // No robot file has it.
-            (ParameterKind::Friction, _) => {}
+            // No robot file has them.
+            (ParameterKind::Friction | ParameterKind::Gap, _) => {}
             (ParameterKind::ToothFactor, None) => each_tube(&mut document, |tube| teeth(tube, number))?,
             (ParameterKind::ToothFactor, Some(k)) => teeth(own_tube(&mut document, k)?, number)?,
             (ParameterKind::OnsetStrain, tube) => {

@@ -2,7 +2,7 @@
 
 use crate::data::{Line, Measurement, Observed};
 use crate::design::Design;
-use crate::parameter::{FULL_FRICTION, Parameter, ParameterKind, ParameterProblem, Values};
+use crate::parameter::{Parameter, ParameterKind, ParameterProblem, Values};
 use crate::problem::{Evaluation, Problem, poses};
 use crate::search::{held, search};
 use crate::units;
@@ -58,8 +58,12 @@ impl fmt::Display for FitProblem {
                 let parts: Vec<String> =
                     combination.iter().map(|(parameter, share)| format!("{share:+.2} {parameter}")).collect();
                 let parts = parts.join(" ");
-                let rubs = combination.iter().any(|(p, _)| p.kind == ParameterKind::Friction);
-                let of = if rubs { format!(", of friction by {FULL_FRICTION}") } else { String::new() };
+                let of = combination.iter().filter_map(|(parameter, _)| {
+                    let (unit, size) = parameter.unit();
+                    let unit = if unit == "-" { String::new() } else { format!(" {unit}") };
+                    Some(format!(", of {parameter} by {}{unit}", parameter.full()? / size))
+                });
+                let of: String = of.collect();
                 write!(f, "the data cannot see the combination {parts} (relative changes{of}): ")?;
                 if uncertainty.is_finite() {
                     write!(f, "its standard deviation is {:.0} %. ", uncertainty * 100.0)?;
@@ -161,6 +165,9 @@ pub fn fit(
     Parameter::check(list, designs).map_err(FitProblem::Parameter)?;
     let groups = measurements.iter().map(|m| robot_of(designs, m)).collect::<Result<Vec<_>, _>>()?;
     let rubs = friction.is_some() || list.iter().any(|p| p.kind == ParameterKind::Friction);
+    if rubs && list.iter().any(|p| p.kind == ParameterKind::Gap) {
+        return Err(FitProblem::Parameter(ParameterProblem::GapAndFriction));
+    }
     if let Some(m) = measurements.iter().find(|m| rubs && m.driven.is_none()) {
         let why = "with friction the column driven has to say which way the motors came: on or back";
         return Err(FitProblem::Measurement(m.row, why.into()));

@@ -7,6 +7,7 @@
 //! What the data cannot see is refused, with the combination of parameters that is invisible.
 
 mod bundle;
+mod clearance;
 mod data;
 mod design;
 mod file;

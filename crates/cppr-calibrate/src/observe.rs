@@ -1,6 +1,7 @@
 //! What the model of tubes of one length says to measurements, and how that changes with the parameters.
 
 use crate::bundle::{BundleModel, State};
+use crate::clearance::{ClearanceModel, Loose};
 use crate::data::{Line, Measurement, Observed};
 use crate::design::Design;
 use crate::fit::FitProblem;
@@ -52,6 +53,7 @@ pub(crate) trait Observer {
 /// A robot at some values of the parameters and, for derivatives, near them.
 pub(crate) enum Model {
     Robot(Robot, Vec<Perturbed>),
+    Clearance(ClearanceModel),
     Bundle(BundleModel),
 }
 
@@ -63,6 +65,26 @@ impl Model {
             |p: usize| FitProblem::Search(format!("{} cannot be changed at {}", design.name(), at.list[p]));
         let rubs = at.friction().is_some();
         match at.design(design) {
+            Design::Robot(_) if at.has_gaps() => {
+                let loose = |at: &Values<'_>| {
+                    let Design::Robot(own) = at.design(design) else { return None };
+                    let gaps = at.gaps(&own)?;
+                    Some(Loose { robot: Robot::from_design(own).ok()?, gaps })
+                };
+                // Whatever is at the bound of its values moves to the other side.
+                let one = |p: usize| {
+                    let near = |by: f64| Some((loose(&at.moved(p, by))?, by));
+                    near(STEP).or_else(|| near(-STEP)).ok_or_else(|| why(p))
+                };
+                let moved = (0..moved).map(one).collect::<Result<Vec<_>, _>>()?;
+                let own = loose(at).ok_or_else(|| {
+                    let name = design.name();
+                    FitProblem::Search(format!(
+                        "the gaps of {name} are not known, or its values are not sound"
+                    ))
+                })?;
+                Ok(Self::Clearance(ClearanceModel { own, moved }))
+            }
             Design::Robot(own) if !rubs => {
                 let near = |p: usize, by: f64| match at.moved(p, by).design(design) {
                     Design::Robot(own) => Robot::from_design(own).ok(),
@@ -103,17 +125,16 @@ impl Model {
     ) -> Box<dyn Observer + 'a> {
         match self {
             Self::Robot(robot, perturbed) => {
-                let mut solver = solver(robot, settings);
-                solver.stop_by(stop.cloned());
-                Box::new(RobotObserver { solver, list, perturbed })
+                Box::new(RobotObserver::new(robot, list, perturbed, settings, stop))
             }
+            Self::Clearance(model) => Box::new(model.observer(list, settings, stop)),
             Self::Bundle(model) => Box::new(model.observer(list, stop)),
         }
     }
 }
 
 /// With settings that were found for another robot of the same design.
-fn solver(robot: &Robot, settings: Settings) -> Solver {
+pub(crate) fn solver(robot: &Robot, settings: Settings) -> Solver {
     Solver::with_settings(robot, settings).unwrap_or_else(|_| Solver::new(robot))
 }
 
@@ -152,10 +173,24 @@ impl Found {
     }
 }
 
-struct RobotObserver<'a> {
-    solver: Solver,
+pub(crate) struct RobotObserver<'a> {
+    pub solver: Solver,
     list: &'a [Parameter],
     perturbed: &'a [Perturbed],
+}
+
+impl<'a> RobotObserver<'a> {
+    pub(crate) fn new(
+        robot: &Robot,
+        list: &'a [Parameter],
+        perturbed: &'a [Perturbed],
+        settings: Settings,
+        stop: Option<&Arc<AtomicBool>>,
+    ) -> Self {
+        let mut solver = solver(robot, settings);
+        solver.stop_by(stop.cloned());
+        Self { solver, list, perturbed }
+    }
 }
 
 impl Measurement {

@@ -1,8 +1,8 @@
 //! What can be fitted, and how it changes a design.
 
 use crate::design::Design;
-use cppr::bundle::{Friction, Part};
-use cppr::design::{Branch, CellTable, Cut, Softening, TeethStiffness, TubeDesign};
+use cppr::bundle::{BundleDesign, Friction, Part};
+use cppr::design::{Branch, CellTable, Cut, RobotDesign, Softening, TeethStiffness, TubeDesign};
 use std::fmt;
 
 /// A kind of parameter.
@@ -24,10 +24,12 @@ pub enum ParameterKind {
     Friction,
     /// Factor on what the teeth of notches bend, where their cells are computed (-).
     ToothFactor,
+    /// Radial gap between a tube and the one inside it (m), solved for in the plane.
+    Gap,
 }
 
 /// Names, units for people with their size in SI.
-const KINDS: [(ParameterKind, &str, (&str, f64)); 8] = [
+const KINDS: [(ParameterKind, &str, (&str, f64)); 9] = [
     (ParameterKind::CentroidOffsetFactor, "centroid_offset_factor", ("-", 1.0)),
     (ParameterKind::YoungsModulus, "youngs_modulus", ("GPa", 1e9)),
     (ParameterKind::ShearModulus, "shear_modulus", ("GPa", 1e9)),
@@ -36,12 +38,15 @@ const KINDS: [(ParameterKind, &str, (&str, f64)); 8] = [
     (ParameterKind::SecondModulus, "second_modulus", ("GPa", 1e9)),
     (ParameterKind::Friction, "friction", ("-", 1.0)),
     (ParameterKind::ToothFactor, "tooth_factor", ("-", 1.0)),
+    (ParameterKind::Gap, "gap", ("mm", 1e-3)),
 ];
 
 /// Where the search for a coefficient of friction begins, unless one is given.
 const FIRST_FRICTION: f64 = 0.1;
 /// Change of the coefficient of friction that counts as much as a relative change of 1 in other parameters: that of a rough dry pair.
-pub(crate) const FULL_FRICTION: f64 = 0.5;
+const FULL_FRICTION: f64 = 0.5;
+/// The same of a gap (m).
+const FULL_GAP: f64 = 1e-4;
 /// The bound of a modulus, reached through its logarithm, is no greater than that modulus.
 const ROUNDING: f64 = 1e-12;
 /// Beyond it tubes jam.
@@ -71,6 +76,14 @@ pub enum ParameterProblem {
     Linear(String, Option<usize>),
     /// No teeth of these tubes are computed: robot, and the tube's number where one was named.
     NoCells(String, Option<usize>),
+    /// Gaps are solved for in robots without parts and joints, and this is another.
+    GapInBundle(String),
+    /// Nothing lies inside this tube: robot, tube number.
+    Innermost(String, usize),
+    /// The gap inside a tube that is given by its stiffness, or holds one, is not known and not fitted: robot, tube number.
+    UnknownGap(String, usize),
+    /// Gaps and friction at once.
+    GapAndFriction,
     /// Notches of a tube are cut radially: robot, tube number.
     Radial(String, usize),
     /// One value for all tubes: the name.
@@ -110,6 +123,23 @@ impl fmt::Display for ParameterProblem {
                     f,
                     "{which} of {robot} has teeth = \"cell\" in its robot file, and tooth_factor is one on what those bend"
                 )
+            }
+            Self::GapInBundle(robot) => write!(
+                f,
+                "{robot} has parts or joints, and gaps are solved for between tubes of one length and one pattern each"
+            ),
+            Self::Innermost(robot, tube) => {
+                write!(
+                    f,
+                    "nothing lies inside tube {tube} of {robot}; gap@K is that between tubes K and K + 1"
+                )
+            }
+            Self::UnknownGap(robot, tube) => write!(
+                f,
+                "the gap inside tube {tube} of {robot} is not known, since one of its walls is not; fit it as well (gap without @)"
+            ),
+            Self::GapAndFriction => {
+                write!(f, "friction is computed without gaps between the tubes; fit gap without it")
             }
             Self::Radial(robot, tube) => write!(
                 f,
@@ -166,10 +196,11 @@ impl Parameter {
     }
 
     /// Of what may vanish, the change of the value that the search counts as 1.
-    fn full(&self) -> Option<f64> {
+    pub(crate) fn full(&self) -> Option<f64> {
         match self.kind {
             ParameterKind::Friction => Some(FULL_FRICTION),
             ParameterKind::ToothFactor => Some(1.0),
+            ParameterKind::Gap => Some(FULL_GAP),
             _ => None,
         }
     }
@@ -250,6 +281,18 @@ impl Parameter {
         }
         match self.kind {
             ParameterKind::CentroidOffsetFactor | ParameterKind::Friction => {}
+            ParameterKind::Gap => {
+                let Design::Robot(own) = design else { return Err(ParameterProblem::GapInBundle(name())) };
+                if self.tube.unwrap_or(1) >= count {
+                    return Err(ParameterProblem::Innermost(name(), count));
+                }
+                let known = gaps(own);
+                if let (Some(_), Some(pair)) =
+                    (self.tube, (1..count).find(|k| self.tube != Some(*k) && known[k - 1].is_none()))
+                {
+                    return Err(ParameterProblem::UnknownGap(name(), pair));
+                }
+            }
             ParameterKind::ToothFactor => {
                 let of = |tube: usize| {
                     design.bodies(tube).into_iter().filter_map(move |own| Some((tube + 1, cells(own)?)))
@@ -289,13 +332,25 @@ impl Parameter {
         Ok(())
     }
 
-    /// Mean of the present values: where a fit starts. Friction, which designs do not have, starts at 0.1.
+    /// Mean of the present values: where a fit starts. Friction, which designs do not have, starts at 0.1, a gap where the radii leave it.
     #[must_use]
     pub fn present(&self, designs: &[Design]) -> f64 {
         let softened =
             |read: fn(Branch) -> f64| self.softenings(designs).map(move |(_, own)| read(own.tension));
         let mut values: Vec<f64> = match self.kind {
             ParameterKind::Friction => vec![FIRST_FRICTION],
+            ParameterKind::Gap => {
+                let pair = |own: &RobotDesign| match self.tube {
+                    None => gaps(own),
+                    Some(tube) => gaps(own)[tube - 1..tube].to_vec(),
+                };
+                let robots = designs.iter().filter_map(|design| match design {
+                    Design::Robot(own) => Some(pair(own)),
+                    Design::Bundle(_) => None,
+                });
+                // Where the walls are not known it begins at the size that counts as 1.
+                robots.flatten().map(|gap| gap.unwrap_or(FULL_GAP)).collect()
+            }
             ParameterKind::OnsetStrain => softened(|branch| branch.onset).collect(),
             ParameterKind::SecondModulus => softened(|branch| branch.modulus).collect(),
             _ => Vec::new(),
@@ -314,14 +369,17 @@ impl Parameter {
                             design.bodies(tube).into_iter().filter_map(cells).map(|own| own.tooth_factor),
                         );
                     }
-                    ParameterKind::OnsetStrain | ParameterKind::SecondModulus | ParameterKind::Friction => {}
+                    ParameterKind::OnsetStrain
+                    | ParameterKind::SecondModulus
+                    | ParameterKind::Friction
+                    | ParameterKind::Gap => {}
                 }
             }
         }
         values.iter().sum::<f64>() / values.len() as f64
     }
 
-    /// Sets a value (SI) in a design, friction in none; the factor on rest curvatures multiplies those that are there. Shafts made of a tube's material follow its moduli.
+    /// Sets a value (SI) in a design, friction and gaps in none; the factor on rest curvatures multiplies those that are there. Shafts made of a tube's material follow its moduli.
     pub fn set(&self, design: &mut Design, value: f64) {
         for tube in self.tubes(design.tube_count()) {
             let before = design.moduli(tube);
@@ -356,7 +414,10 @@ impl Parameter {
                             table.tooth_factor = value;
                         }
                     }
-                    (ParameterKind::RestCurvatureFactor | ParameterKind::Friction, _)
+                    (
+                        ParameterKind::RestCurvatureFactor | ParameterKind::Friction | ParameterKind::Gap,
+                        _,
+                    )
                     | (_, TubeDesign::Stiffness(_)) => {}
                 }
             }
@@ -381,6 +442,11 @@ fn factor(body: &TubeDesign) -> f64 {
         TubeDesign::Notched(t) => t.centroid_offset_factor,
         TubeDesign::Stiffness(t) => t.centroid_offset_factor,
     }
+}
+
+/// The gaps (m) that the radii of a robot leave, from outside to inside.
+fn gaps(design: &RobotDesign) -> Vec<Option<f64>> {
+    BundleDesign::from(design).gaps()
 }
 
 /// The cells of a tube, where they are computed.
@@ -422,6 +488,23 @@ impl Values<'_> {
         let fitted = self.list.iter().position(|p| p.kind == ParameterKind::Friction);
         let Some(p) = fitted else { return self.known };
         Some(Friction { coefficient: self.numbers[p], guide: self.known.and_then(|known| known.guide) })
+    }
+
+    /// Are gaps fitted?
+    pub fn has_gaps(&self) -> bool {
+        self.list.iter().any(|own| own.kind == ParameterKind::Gap)
+    }
+
+    /// The gaps (m) of a robot, from outside to inside: what is fitted, and what the radii leave where that is not. `None` where one is not known or below 0.
+    pub fn gaps(&self, design: &RobotDesign) -> Option<Vec<f64>> {
+        let fitted = |pair: usize| {
+            let mut own = self.list.iter().zip(&self.numbers);
+            own.find(|(p, _)| p.kind == ParameterKind::Gap && p.tube.is_none_or(|tube| tube == pair))
+                .map(|(_, value)| *value)
+        };
+        let each =
+            (1..).zip(gaps(design)).map(|(pair, known)| fitted(pair).or(known).filter(|gap| *gap >= 0.0));
+        each.collect()
     }
 
     /// The same with one of them changed, relative to what the search counts as 1.

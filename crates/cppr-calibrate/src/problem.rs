@@ -1,5 +1,6 @@
 //! The model beside the measurements: differences and their derivatives, wherever the search is.
 
+use crate::clearance::{ClearanceModel, Loose};
 use crate::data::{Driven, Measurement, Observed};
 use crate::design::Design;
 use crate::fit::FitProblem;
@@ -97,7 +98,10 @@ impl Problem<'_> {
             let measurements: Vec<_> =
                 poses.map(|pose| &self.measurements[self.poses[pose].1.start]).collect();
             Ok(match Model::new(design, &self.start, false)? {
-                Model::Robot(robot, _) => settings_for(&robot, &measurements, self.stop.as_ref()),
+                Model::Robot(robot, _)
+                | Model::Clearance(ClearanceModel { own: Loose { robot, .. }, .. }) => {
+                    settings_for(&robot, &measurements, self.stop.as_ref())
+                }
                 Model::Bundle(_) => Settings::default(),
             })
         };

@@ -1,10 +1,13 @@
 //! Moduli, metal that softens and friction come back from exact forces and bends, and what these cannot tell apart is said.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use cppr::Vector3;
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeDrive, TubeEffort};
 use cppr::bundle::{Bundle, BundleDesign, Friction};
+use cppr::clearance::Clearance;
 use cppr::design::{CellFactors, CellRange, CellTable, Cut, Robot, TeethStiffness, TubeDesign};
 use cppr::solve::{Command, Drive, Solver};
+use cppr::statics::Loads;
 use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
 use std::fmt::Write;
 
@@ -244,6 +247,64 @@ fn a_factor_on_teeth() {
     }
     let problem = fit(&[radial], &rows, &list[1..], None, None).unwrap_err().to_string();
     assert!(problem.contains("tube 1 of Wrist 150 are cut radially"), "{problem}");
+}
+
+/// Tips and tensions of R1 with a gap (m) between its tubes, unloaded and under a force.
+fn loose(truth: &[(&str, f64)], gap: f64, sigma: f64) -> String {
+    let Design::Robot(design) = truly(&text("r1"), truth) else { panic!("a bundle") };
+    let robot = Robot::from_design(design).unwrap();
+    let mut solver = Solver::new(&robot);
+    let clearance = Clearance { gaps: vec![gap], elements: 60 };
+    let mut csv = String::from(
+        "pull2_mm,tip_force_y_N,x_mm,y_mm,bend_deg,measured_tension2_N,sigma_mm,sigma_deg,sigma_N\n",
+    );
+    for (pull, force) in [(6.0, 0.0), (4.0, -0.15)] {
+        let loads = Loads::tip_force(Vector3::new(0.0, force, 0.0));
+        let tight = solver.solve(&Command::pull(&[pull * 1e-3]).with_loads(loads)).unwrap();
+        let found = solver.with_clearance(&tight, &clearance).unwrap().unwrap();
+        let (tip, bend) = (found.tip() * 1e3, found.bend().to_degrees().abs());
+        let tension = found.followers[0].tension;
+        writeln!(csv, "{pull},{force},{},{},{bend},{tension},{sigma},{sigma},{sigma}", tip.x, tip.y).unwrap();
+    }
+    csv
+}
+
+#[test]
+fn a_gap_between_tubes() {
+    let truth = [("youngs_modulus", 4.8e9), ("gap", 0.32e-3)];
+    let csv = loose(&truth[..1], 0.32e-3, 1e-3);
+    let fit = recovers(&text("r1"), &csv, &truth, 1e-4);
+    assert!((fit.estimates[1].before / 0.5e-3 - 1.0).abs() < 1e-9, "the radii leave 0.5 mm");
+    assert!(fit.estimates[1].interval < 1e-6, "{:?}", fit.estimates);
+    let file = fitted_file(&text("r1"), &fit.estimates).unwrap();
+    assert!(file.contains("youngs_modulus_GPa = 4.8") && !file.contains("gap"), "{file}");
+    // A longer lever does much the same to what was measured as coarsely as this.
+    let coarse = loose(&truth[..1], 0.32e-3, 10.0);
+    let problem = fitted(&text("r1"), &coarse, &["centroid_offset_factor", "gap"], None).unwrap_err();
+    let FitProblem::Invisible { combination, .. } = &problem else { panic!("{problem}") };
+    assert!(combination.iter().any(|(own, _)| own.to_string() == "gap"), "{problem}");
+    assert!(problem.to_string().contains("of gap by 0.1 mm"), "{problem}");
+
+    // What the model with gaps does not see is named.
+    for (csv, names, said) in [
+        (
+            "pull2_mm,rotate2_deg,x_mm\n2,30,140\n2,0,140\n",
+            &["gap"][..],
+            "line 2: clearance is solved for in the plane",
+        ),
+        (
+            "pull2_mm,line,x_mm\n2,tube2,140\n2,,140\n",
+            &["gap"],
+            "line 2: points on the centroid line of tube 2",
+        ),
+        ("pull2_mm,x_mm\n2,140\n", &["gap@2"], "nothing lies inside tube 2 of R1"),
+        ("pull2_mm,driven,x_mm\n2,on,140\n", &["gap", "friction"], "fit gap without it"),
+    ] {
+        let problem = fitted(&text("r1"), csv, names, None).unwrap_err().to_string();
+        assert!(problem.contains(said), "{problem}");
+    }
+    let problem = fitted(&wrist(), &csv, &["gap"], None).unwrap_err().to_string();
+    assert!(problem.contains("Wrist 90 has parts or joints"), "{problem}");
 }
 
 /// Tension and tip of R1 with tubes that rub, by motors driven on and back.

@@ -24,7 +24,7 @@ Examples:
   cppr calibrate robots/r1.toml --data examples/calibration/loop.csv --fit youngs_modulus,friction
 
 Parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor, onset_strain, second_modulus, tooth_factor; with @K for tube K
-alone. friction is one for all tubes. All robots share them. Without --fit the robots are compared as they are.
+alone; gap, with @K between tubes K and K + 1. friction is one for all tubes. All robots share them. Without --fit the robots are compared as they are.
 The table: one row per measurement, columns robot, pull2_mm, rotate2_deg, tension2_N, tip_force_y_N, driven, x_mm, y_mm, z_mm, bend_deg,
 measured_tension2_N, sigma_mm, ... (docs/src/calibration.md has them all). What the data cannot determine is refused with exit code 2.";
 
@@ -205,6 +205,14 @@ fn table(found: &Fit) -> String {
             text,
             "friction stands in no robot file: give --friction {:.4} to the commands that take it",
             e.value
+        );
+    }
+    for e in found.estimates.iter().filter(|e| e.parameter.kind == ParameterKind::Gap) {
+        let _ = writeln!(
+            text,
+            "{} stands in no robot file: with --clearance {:.4}mm, for all tubes, cppr solve takes it",
+            e.parameter,
+            e.value * 1e3
         );
     }
     for r in found.residuals.iter().filter(|r| r.outlier) {

@@ -104,7 +104,7 @@ def calibrate(
     `data` is the path of a CSV table or a pandas.DataFrame with its columns, whose names carry their units: robot,
     pull2_mm, rotate2_deg, tension2_N, tip_force_y_N, driven, x_mm, y_mm, z_mm, bend_deg, measured_tension2_N, sigma_mm, ... (the book's
     page on calibration has all). `fit` names parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor,
-    onset_strain, second_modulus, tooth_factor, with ``@2`` for tube 2 alone, and friction; with none the robots are compared as they are. `friction` is
+    onset_strain, second_modulus, tooth_factor, gap, with ``@2`` for tube 2 alone, and friction; with none the robots are compared as they are. `friction` is
     the coefficient between the tubes at which its fit begins, or that holds where it is not fitted, `guide` (m) the length over which
     tubes are held below the plate.
 
