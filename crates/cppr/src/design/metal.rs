@@ -1,4 +1,4 @@
-//! Metal with a second slope, and teeth that meet: the potential of a section by fibres.
+//! Metal with a second slope, and teeth that meet: the potential of a section by fibres, along rings in closed form.
 //!
 //! A fibre bears σ = E ε up to an onset strain and rises by a second modulus beyond it, in tension and in compression each by its own.
 //! With e the stretch of the line through the centroid (Y, Z) = (D, 0) of the section as cut, and b_Y, b_Z its curvatures less those at rest,
@@ -14,6 +14,9 @@
 //!
 //! Teeth are whole rings. Where they meet, the part that was cut away bears pressure: fibres of it, whose strain −1 is the closed gap, with the
 //! angle of the whole cell in the notch: ε = (ℓ + t)/ℓ (e − b_Z (Y − D) + b_Y Z), w + ℓ/(ℓ + t) ∫ ½ E (−1 − ε)₊² dA.
+//!
+//! On a ring ε is a + b cos (θ − θ₀), and what lies beyond a strain is an arc, or two where the cut divides it, whose integrals are elementary. Only the radius is left to a
+//! rule, so that w has second slopes without jumps.
 
 use super::{Cut, NotchedTube, Outline, SectionError, TeethStiffness};
 use gauss_quad::GaussLegendre;
