@@ -212,6 +212,13 @@ impl Problem<'_> {
                 onset * 100.0
             ));
         }
+        if has(&[ParameterKind::Gap]).is_some() {
+            why.push(
+                "A gap is seen where a tube lies on the wall and comes off it, and acts much as a longer lever does: pull farther, load the robot \
+                 across, measure along it, or fit no centroid_offset_factor beside it."
+                    .into(),
+            );
+        }
         let moduli = has(&[ParameterKind::YoungsModulus, ParameterKind::ShearModulus]);
         if has(&[ParameterKind::ToothFactor]).is_some() && moduli.is_some() {
             why.push(

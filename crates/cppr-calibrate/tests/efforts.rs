@@ -284,6 +284,7 @@ fn a_gap_between_tubes() {
     let FitProblem::Invisible { combination, .. } = &problem else { panic!("{problem}") };
     assert!(combination.iter().any(|(own, _)| own.to_string() == "gap"), "{problem}");
     assert!(problem.to_string().contains("of gap by 0.1 mm"), "{problem}");
+    assert!(problem.to_string().contains("fit no centroid_offset_factor beside it"), "{problem}");
 
     // What the model with gaps does not see is named.
     for (csv, names, said) in [
