@@ -1,9 +1,11 @@
 //! What a solve of robots with parts and joints costs, in microseconds on one core (the median of a control loop's): `cargo run --release -p cppr-io --example bundle_times`, in the
 //! repository's root; a name chooses one of them. From rest with the error; then a control loop's steps of 0.01 mm and 0.1° from the last pose, the same with the Jacobian.
 
-use cppr::bundle::Bundle;
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::bundle::solve::{BundleCommand, BundleSolver};
+use cppr::design::{Profile, TubeDesign};
 use cppr::solve::{Drive, Freedom, Input};
+use cppr_io::bundle_file::read_bundle;
 use std::error::Error;
 use std::time::Instant;
 
@@ -11,15 +13,35 @@ use std::time::Instant;
 type Motor = (usize, f64, f64);
 
 /// Robot, and its motors that move.
-const ROBOTS: [(&str, &[Motor]); 5] = [
+const ROBOTS: [(&str, &[Motor]); 6] = [
     ("bundles/concentric3", &[(2, 5.0, 40.0), (3, 10.0, -30.0)]),
     ("bundles/two_sections", &[(2, 3.0, 0.0), (4, 2.0, 0.0)]),
     ("bundles/s_shape", &[(2, 2.0, 0.0)]),
     ("bundles/uncut_ends", &[(2, 2.0, 0.0)]),
     ("r1", &[(2, 5.0, 20.0)]),
+    (ROUGH, &[(2, 5.0, 20.0)]),
 ];
+/// R1 whose outer tube has this many notches, each with a depth of its own.
+const ROUGH: &str = "r1, 300 notches";
+const NOTCHES: u32 = 300;
+/// By how much depths differ from their mean (m).
+const ROUGHNESS: f64 = 0.06e-3;
 /// Steps of the control loop.
 const STEPS: u32 = 400;
+
+/// Depths like those of measured notches, by a rule that gives the same ones every time.
+fn rough() -> Result<BundleDesign, Box<dyn Error>> {
+    let mut design = read_bundle("robots/r1.toml")?;
+    let part = &mut design.tubes[0].parts[1];
+    let pitch = part.length / f64::from(NOTCHES);
+    let TubeDesign::Notched(tube) = &mut part.body else { return Err("R1 has notches".into()) };
+    let mean = tube.depth.eval(0.0, part.length)[0];
+    let middles: Vec<f64> = (0..NOTCHES).map(|i| (f64::from(i) + 0.5) * pitch).collect();
+    let depths: Vec<f64> =
+        (0..NOTCHES).map(|i| mean + ROUGHNESS * (f64::from(i) * f64::from(i) * 0.7).sin()).collect();
+    tube.depth = Profile::per_notch(&depths, &middles)?;
+    Ok(design)
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!(
@@ -28,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let only = std::env::args().nth(1);
     for (name, motors) in ROBOTS.into_iter().filter(|own| only.as_ref().is_none_or(|only| own.0 == only)) {
-        let design = cppr_io::bundle_file::read_bundle(format!("robots/{name}.toml"))?;
+        let design = if name == ROUGH { rough()? } else { read_bundle(format!("robots/{name}.toml"))? };
         let bundle = Bundle::new(&design)?;
         let mut solver = BundleSolver::new(&bundle);
         let mut command = solver.held();

@@ -266,12 +266,17 @@ fn body(
         }
     };
     let mut pieces: Vec<Piece> = Vec::new();
-    let mut start = (0.0, 0.0);
+    let (mut start, kinks) = ((0.0, 0.0), kinks(tube, length));
     for end in steps(breaks(tube, length), length).into_iter().chain([(length, length)]) {
         // The fields of a piece are those between the flanks of the steps at its ends.
         let (from_middle, to_middle) = (0.5 * (start.0 + start.1), 0.5 * (end.0 + end.1));
         let inside = |label: f64| field(from + (label - from).clamp(start.1, end.0));
-        pieces.extend(Piece::fit(from + from_middle, from + to_middle, length, &inside));
+        let mut last = from_middle;
+        let own = kinks.iter().copied().filter(|kink| start.1 < *kink && *kink < end.0);
+        for until in own.chain([to_middle]) {
+            pieces.extend(Piece::fit(from + last, from + until, length, &inside));
+            last = until;
+        }
         start = end;
     }
     if let Some(problem) = failed.into_inner() {
@@ -364,6 +369,16 @@ fn breaks(tube: &TubeDesign, length: f64) -> Vec<f64> {
     cuts.sort_unstable_by(f64::total_cmp);
     cuts.dedup_by(|b, a| *b - *a <= 1e-9 * length);
     cuts
+}
+
+/// Abscissae at which the notch of a tube comes to open its ring, or passes its bore: there the properties of the section have a kink.
+fn kinks(tube: &TubeDesign, length: f64) -> Vec<f64> {
+    let TubeDesign::Notched(tube) = tube else { return Vec::new() };
+    let depths = [tube.outline.opening_depth(), tube.outline.passing_depth()];
+    let mut kinks: Vec<f64> = depths.iter().flat_map(|depth| tube.depth.passes(*depth, length)).collect();
+    kinks.sort_unstable_by(f64::total_cmp);
+    kinks.dedup_by(|b, a| *b - *a <= 1e-9 * length);
+    kinks
 }
 
 fn given(tube: &StiffnessTube, x: f64, length: f64) -> Values {

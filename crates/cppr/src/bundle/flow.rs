@@ -8,7 +8,7 @@ use super::curve::Piece;
 use super::number::{Dual, Number};
 use super::prepared::{Applied, Prepared, array};
 use super::rubbing::Side;
-use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance};
+use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance, turn};
 use super::vector::{columns, cross, dot, first_column, sum};
 
 /// Numbers of the pose, and of the loads.
@@ -208,10 +208,7 @@ impl<'a, S: Number> Flow<'a, S> {
         let (mut mass, mut arm) = (zero, [zero; 2]);
         let mut leader = zero;
         let found = balance(&mut scratch, values, moment, guess, |place, own: &Seen<S>| {
-            out[4 * place] = own.advance();
-            out[4 * place + 1] = -own.by_label();
-            out[4 * place + 2] = own.twist();
-            out[4 * place + 3] = own.by_angle();
+            own.put_slopes(&mut out[4 * place..4 * place + 4]);
             if self.present[place] == 0 {
                 leader = out[4 * place];
             }
@@ -338,33 +335,44 @@ impl<'a, S: Number> Flow<'a, S> {
     pub fn restore(&mut self, place: usize, wanted: S) -> Result<(), Unbalanced> {
         // G grows with T at the rate g/h°, and is concave in it, but not every tension has a section that balances.
         let at = 4 * place + 1;
-        let (mut balanced, mut slanted) = (None, false);
+        let mut balanced = None;
         for _ in 0..RESTORING {
-            let mut rate = 1.0;
-            let found = self.look(&mut |p, own| {
-                if p == place {
-                    rate = own.advance().value();
-                }
-            });
-            let tension = self.values[at];
-            self.values[at] = match (found, balanced) {
-                (Ok((_, energy)), _) => {
-                    let missing = wanted - energy;
-                    balanced = Some(tension);
-                    let small = 1e-9 * (self.command.force_scale + tension.value().abs());
-                    if slanted && missing.value().abs() <= small {
+            let tension = self.values[at].value();
+            let next = match (self.energy_and_rate(place), balanced) {
+                (Ok((energy, rate)), _) => {
+                    let missing = wanted.value() - energy;
+                    if missing.abs() <= 1e-9 * (self.command.force_scale + tension.abs()) {
+                        // The last step brings the slopes.
+                        let missing = wanted - self.energy()?;
+                        self.values[at].add_scaled(1.0 / rate, &missing);
                         return Ok(());
                     }
-                    slanted = true;
-                    tension.plus(1.0 / rate, missing)
+                    balanced = Some(tension);
+                    tension + missing / rate
                 }
-                (Err(_), Some(last)) => (last + tension) * 0.5,
+                (Err(_), Some(last)) => 0.5 * (last + tension),
                 // A tube that others held until now may be pushed by more than it bears alone.
-                (Err(_), None) if tension.value() < 0.0 => S::constant(0.0),
+                (Err(_), None) if tension < 0.0 => 0.0,
                 (Err(lost), None) => return Err(lost),
             };
+            self.values[at] = S::constant(next);
         }
         Err(Unbalanced)
+    }
+
+    /// G at the place (N) and its slope by the tension of one tube, without slopes.
+    fn energy_and_rate(&mut self, place: usize) -> Result<(f64, f64), Unbalanced> {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let (moment, _) = self.section(&self.values, &mut scratch);
+        let load = moment.map(Number::value);
+        let found = turn(&scratch.tubes, load, &mut self.omega).map(|_| {
+            let own = |tube: &Tube| tube.plain(self.omega);
+            let energy: f64 = scratch.tubes.iter().map(|tube| own(tube).energy).sum();
+            let [y, z] = self.omega;
+            (energy - (load[0] * y + load[1] * z), own(&scratch.tubes[place]).advance)
+        });
+        self.scratch = scratch;
+        found
     }
 
     /// Takes a load off the section of the tube at `place`: beyond, neither force nor moment know of it.

@@ -13,7 +13,7 @@ use super::contact::Cut;
 use super::frame::Frame;
 use super::history::remembered;
 use super::limits::{Limits, Turns};
-use super::newton::newton;
+use super::newton::{Budget, newton};
 use super::rubbing::{Columns, Law, Pair, Rubbing, Table};
 use super::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort};
 use super::steps::Steps;
@@ -124,7 +124,7 @@ impl BundleSolver<'_> {
         let frame = Frame::new(self.bundle, command, self.lengthening());
         let walk = frame.walk(self.tolerance);
         let begin = frame.scaled(&start.unknowns);
-        let found = newton(&frame, &walk, begin, steps, ITERATIONS, NEWTON).ok()?;
+        let found = newton(&frame, &walk, begin, steps, Budget::far(ITERATIONS), NEWTON).ok()?;
         self.posed(&frame, command, found)
     }
 

@@ -20,11 +20,28 @@ pub(super) const LONGEST: f64 = 20.0;
 const SINGULAR: f64 = 1e-14;
 /// Forces jump where an event passes another one: so many steps across may make things worse.
 const CROSSINGS: usize = 8;
-/// Most steps, and shortened ones, of a solve in one go.
-const DIRECT: usize = 8;
-const SHORTENED: usize = 2;
-/// Steps of the integration are cut where that is needed until Newton's step is below this.
+/// Steps of the integration are cut where that is needed until Newton's step is below this, and where some have come to be too coarse.
 pub(super) const ROUGH: f64 = 1e-2;
+
+/// How far Newton's method goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    /// Most steps.
+    pub steps: usize,
+    /// Most steps that may be shortened.
+    pub shortened: usize,
+}
+
+impl Budget {
+    /// So few steps, and so few of them shortened, that they lead to the branch from which it was sought.
+    pub const DIRECT: Self = Self { steps: 8, shortened: 2 };
+    /// The same in steps that are to be whole.
+    pub const WHOLE: Self = Self { steps: 8, shortened: 0 };
+    /// Steps without regard to the branch.
+    pub fn far(steps: usize) -> Self {
+        Self { steps, shortened: usize::MAX }
+    }
+}
 
 /// The conditions near given unknowns.
 pub(super) struct Tangent {
@@ -48,15 +65,6 @@ pub(super) struct Found {
     pub steps: Steps,
     pub determinant: f64,
     pub iterations: usize,
-    /// How many steps had to be shortened.
-    pub shortened: usize,
-}
-
-impl Found {
-    /// Did so few steps lead here, and so few of them shortened, that it lies on the branch from which it was sought?
-    pub fn is_direct(&self) -> bool {
-        self.iterations <= DIRECT && self.shortened <= SHORTENED
-    }
 }
 
 impl Tangent {
@@ -170,24 +178,28 @@ pub(super) fn newton(
     walk: &Walk,
     start: Vec<f64>,
     mut steps: Steps,
-    most: usize,
+    budget: Budget,
     settled: f64,
 ) -> Result<Found, Lost> {
     steps.adapt = true;
     let mut here = Point::new(frame, walk, start, steps)?;
     let walk = &Walk { course: None, ..*walk };
     let (mut crossings, mut shortened) = (0, 0);
-    for iterations in 1..=most {
+    for iterations in 1..=budget.steps {
         let size = here.greatest();
-        if here.size[0] <= settled && here.size[1] <= BETWEEN * settled {
+        let coarse = here.steps.are_coarse();
+        if here.size[0] <= settled && here.size[1] <= BETWEEN * settled && !coarse {
             let (unknowns, mut steps) = here.moved(1.0);
             steps.settle();
-            return Ok(Found { unknowns, steps, determinant: here.determinant, iterations, shortened });
+            return Ok(Found { unknowns, steps, determinant: here.determinant, iterations });
         }
         let mut factor = f64::min(1.0, LONGEST / size);
         loop {
+            if factor < 1.0 && shortened >= budget.shortened {
+                return Err(Lost::Steps);
+            }
             let (unknowns, mut steps) = here.moved(factor);
-            steps.adapt = size > ROUGH;
+            steps.adapt = size > ROUGH || coarse;
             if let Ok(next) = Point::new(frame, walk, unknowns, steps) {
                 let enough = 1.0 - 0.25 * factor;
                 let crosses = crossings < CROSSINGS && next.steps.keys() != here.steps.keys();

@@ -480,7 +480,7 @@ impl Tracer<'_, '_> {
         let mut steps = place.steps.clone();
         steps.settle();
         let unknowns = place.point.as_slice()[..n].to_vec();
-        let own = Found { unknowns, steps, determinant: f64::NAN, iterations: 0, shortened: 0 };
+        let own = Found { unknowns, steps, determinant: f64::NAN, iterations: 0 };
         let mut equilibrium = self.solver.conclude(&frame, &command, own, f64::NAN);
         equilibrium.stable = equilibrium.inertia == Some(0);
         let whole = equilibrium.converged && tangent.iter().all(|t| t.is_finite());

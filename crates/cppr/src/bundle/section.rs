@@ -262,10 +262,28 @@ pub(crate) struct Seen<'b, S> {
 impl<S: Number> Seen<'_, S> {
     #[inline]
     fn output(&self, which: usize) -> S {
-        let value = self.values[which];
+        let mut own = S::constant(0.0);
+        self.put(which, 1.0, &mut own);
+        own
+    }
+
+    /// One number of the contribution, times a factor.
+    #[inline]
+    fn put(&self, which: usize, factor: f64, out: &mut S) {
+        *out = S::constant(factor * self.values[which]);
+        let Some(slopes) = self.slopes else { return };
         let inputs = self.state.iter().chain(self.omega).chain(self.weight);
-        self.slopes
-            .map_or_else(|| S::constant(value), |slopes| S::combine(value, &slopes.rows[which], inputs))
+        for (slope, input) in slopes.rows[which].iter().zip(inputs).filter(|(slope, _)| **slope != 0.0) {
+            out.add_slopes(factor * slope, input);
+        }
+    }
+
+    /// Slopes of the tube's state by the centreline length: label, tension, angle, torque.
+    #[inline]
+    pub fn put_slopes(&self, out: &mut [S]) {
+        for (own, (which, factor)) in out.iter_mut().zip([(3, 1.0), (6, -1.0), (4, 1.0), (5, 1.0)]) {
+            self.put(which, factor, own);
+        }
     }
 
     pub fn energy(&self) -> S {
@@ -282,14 +300,6 @@ impl<S: Number> Seen<'_, S> {
 
     pub fn twist(&self) -> S {
         self.output(4)
-    }
-
-    pub fn by_angle(&self) -> S {
-        self.output(5)
-    }
-
-    pub fn by_label(&self) -> S {
-        self.output(6)
     }
 
     pub fn mass(&self) -> S {
@@ -498,8 +508,8 @@ impl<S> Default for Scratch<'_, S> {
     }
 }
 
-/// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
-/// the residual grows arrive. `each` receives the contributions of the tubes in order, whose states are in `values`.
+/// Finds ω for a moment (N m) from `guess`, which becomes its value. `each` receives the contributions of the tubes in order, whose states are in
+/// `values`.
 pub(crate) fn balance<S: Number>(
     scratch: &mut Scratch<S>,
     values: &[S],
@@ -508,8 +518,48 @@ pub(crate) fn balance<S: Number>(
     mut each: impl FnMut(usize, &Seen<S>),
 ) -> Result<[S; 2], Unbalanced> {
     let Scratch { tubes, first, weights, locals, plain } = scratch;
-    let tubes: &[Tube] = tubes;
-    let load = moment.map(Number::value);
+    let [yy, yz, zz] = turn(tubes, moment.map(Number::value), guess)?;
+    let omega = *guess;
+    if moment[0].slopes().is_empty() {
+        plain.clear();
+        plain.extend(tubes.iter().map(|tube| tube.plain(omega).numbers()));
+        for (i, values) in plain.iter().enumerate() {
+            each(i, &Seen { values, slopes: None, state: &[], omega: &moment, weight: &[] });
+        }
+        return Ok(omega.map(S::constant));
+    }
+    let first = &*first;
+    let state = |place: usize| match first {
+        Some(first) if place == 0 => first,
+        _ => &values[4 * place..4 * place + 4],
+    };
+    let weight = |place: usize| weights.get(place).map_or(&[][..], |own| &own[..]);
+    locals.clear();
+    locals.extend(tubes.iter().map(|tube| tube.local(omega)));
+    let at = omega.map(S::constant);
+    // One more step with numbers that carry slopes gives the slopes of ω.
+    let mut residual = [-moment[0], -moment[1]];
+    for (i, Local { values, slopes }) in locals.iter().enumerate() {
+        let own =
+            Seen { values, slopes: Some(slopes), state: state(i), omega: &at, weight: weight(i) }.moment();
+        residual[0].add_scaled(1.0, &own[0]);
+        residual[1].add_scaled(1.0, &own[1]);
+    }
+    let inverse = 1.0 / (yy * zz - yz * yz);
+    let omega = [
+        at[0].plus(-zz * inverse, residual[0]).plus(yz * inverse, residual[1]),
+        at[1].plus(-yy * inverse, residual[1]).plus(yz * inverse, residual[0]),
+    ];
+    for (i, Local { values, slopes }) in locals.iter().enumerate() {
+        let (state, omega, weight) = (state(i), &omega, weight(i));
+        each(i, &Seen { values, slopes: Some(slopes), state, omega, weight });
+    }
+    Ok(omega)
+}
+
+/// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
+/// the residual grows arrive. Gives the second slopes of G there: yy, yz, zz.
+pub(crate) fn turn(tubes: &[Tube], load: [f64; 2], guess: &mut [f64; 2]) -> Result<[f64; 3], Unbalanced> {
     let slopes = |omega: [f64; 2]| {
         let mut sum = [-load[0], -load[1], 0.0, 0.0, 0.0];
         for tube in tubes {
@@ -564,40 +614,6 @@ pub(crate) fn balance<S: Number>(
         return Err(Unbalanced);
     }
     *guess = omega;
-    if moment[0].slopes().is_empty() {
-        plain.clear();
-        plain.extend(tubes.iter().map(|tube| tube.plain(omega).numbers()));
-        for (i, values) in plain.iter().enumerate() {
-            each(i, &Seen { values, slopes: None, state: &[], omega: &moment, weight: &[] });
-        }
-        return Ok(omega.map(S::constant));
-    }
-    let first = &*first;
-    let state = |place: usize| match first {
-        Some(first) if place == 0 => first,
-        _ => &values[4 * place..4 * place + 4],
-    };
-    let weight = |place: usize| weights.get(place).map_or(&[][..], |own| &own[..]);
-    locals.clear();
-    locals.extend(tubes.iter().map(|tube| tube.local(omega)));
-    let at = omega.map(S::constant);
-    // One more step with numbers that carry slopes gives the slopes of ω.
-    let mut residual = [-moment[0], -moment[1]];
-    for (i, Local { values, slopes }) in locals.iter().enumerate() {
-        let own =
-            Seen { values, slopes: Some(slopes), state: state(i), omega: &at, weight: weight(i) }.moment();
-        residual[0].add_scaled(1.0, &own[0]);
-        residual[1].add_scaled(1.0, &own[1]);
-    }
-    let [_, _, yy, yz, zz] = here;
-    let inverse = 1.0 / (yy * zz - yz * yz);
-    let omega = [
-        at[0].plus(-zz * inverse, residual[0]).plus(yz * inverse, residual[1]),
-        at[1].plus(-yy * inverse, residual[1]).plus(yz * inverse, residual[0]),
-    ];
-    for (i, Local { values, slopes }) in locals.iter().enumerate() {
-        let (state, omega, weight) = (state(i), &omega, weight(i));
-        each(i, &Seen { values, slopes: Some(slopes), state, omega, weight });
-    }
-    Ok(omega)
+    let [_, _, second @ ..] = here;
+    Ok(second)
 }

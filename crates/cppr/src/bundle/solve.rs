@@ -7,7 +7,7 @@ pub use super::equilibrium::{BundleEquilibrium, TubeEffort, load_behind_plate};
 use super::frame::{Frame, Unknowns};
 pub(crate) use super::load_path::PathEnd;
 use super::load_path::{Guess, follow};
-use super::newton::{Found, SETTLED, SETTLED_NEAR, Tangent, newton};
+use super::newton::{Budget, Found, SETTLED, SETTLED_NEAR, Tangent, newton};
 use super::prepared::{GIVE, Lengthening};
 use super::sensitivity::section_frame;
 use super::steps::Steps;
@@ -29,13 +29,15 @@ pub struct BundleSolver<'a> {
     references: Vec<(Kinds, f64)>,
 }
 
+/// Error allowed in one step where nothing else is said.
+const TOLERANCE: f64 = 1e-8;
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
 /// Part of the way below which a step may be shortened.
 const SHORT: f64 = 1.0 / 64.0;
 /// Newton steps towards an equilibrium that is near already.
 const ITERATIONS_NEAR: usize = 25;
-/// Newton steps of one load step.
+/// Newton steps of one load step while tubes come to curve.
 const ITERATIONS_IN_STEPS: usize = 15;
 
 /// Kinds of the drives of every tube, and whether there are loads: the conditions at rest have one determinant for each.
@@ -56,7 +58,14 @@ impl<'a> BundleSolver<'a> {
     /// A solver with a tolerance of 1e-8 for one step.
     #[must_use]
     pub fn new(bundle: &'a Bundle) -> Self {
-        Self { bundle, tolerance: 1e-8, stretch: false, gives: false, rest: None, references: Vec::new() }
+        Self {
+            bundle,
+            tolerance: TOLERANCE,
+            stretch: false,
+            gives: false,
+            rest: None,
+            references: Vec::new(),
+        }
     }
 
     /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product.
@@ -118,7 +127,7 @@ impl<'a> BundleSolver<'a> {
         let frame = Frame::new(self.bundle, held, self.lengthening());
         let start = frame.scaled(&Unknowns::default());
         let walk = frame.walk(self.tolerance);
-        let at_once = newton(&frame, &walk, start, Steps::default(), ITERATIONS, SETTLED).ok();
+        let at_once = newton(&frame, &walk, start, Steps::default(), Budget::far(ITERATIONS), SETTLED).ok();
         let conclude = |found: Found| {
             let determined = !found.determinant.is_nan();
             (self.conclude(&frame, held, found, f64::NAN), determined)
@@ -132,9 +141,8 @@ impl<'a> BundleSolver<'a> {
             let bundle = self.bundle.curved_by(share);
             let frame = Frame::new(&bundle, held, self.lengthening());
             let (start, steps) = guess.at(&frame, share);
-            let found =
-                newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
-                    .ok()?;
+            let budget = Budget::far(ITERATIONS_IN_STEPS);
+            let found = newton(&frame, &frame.walk(self.tolerance), start, steps, budget, SETTLED).ok()?;
             let reference = *straight.get_or_insert(found.determinant);
             as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))
         });
@@ -157,7 +165,8 @@ impl<'a> BundleSolver<'a> {
             return *known;
         }
         let start = frame.scaled(&start);
-        let found = newton(&frame, &frame.walk(self.tolerance), start, between, ITERATIONS, SETTLED);
+        let budget = Budget::far(ITERATIONS);
+        let found = newton(&frame, &frame.walk(self.tolerance), start, between, budget, SETTLED);
         let determinant = found.map_or(f64::NAN, |found| found.determinant);
         // As it were at a stable rest.
         let determinant = if odd { -determinant } else { determinant };
@@ -204,16 +213,16 @@ impl<'a> BundleSolver<'a> {
         let frame = Frame::new(self.bundle, command, self.lengthening());
         let walk = frame.walk(self.tolerance);
         let share = command.share_of_turn(&start.command);
-        let direct = || {
+        let within = |budget: Budget| {
             let begin = frame.scaled(&start.unknowns);
-            newton(&frame, &walk, begin, start.between.coarsened(), ITERATIONS, SETTLED).ok()
+            newton(&frame, &walk, begin, start.between.coarsened(), budget, SETTLED).ok()
         };
-        let at_once = if share >= 1.0 { direct() } else { None };
+        let at_once = if share >= 1.0 { within(Budget::DIRECT) } else { None };
         let (found, ended) = match at_once {
-            Some(found) if as_at_rest(&found, reference) && found.is_direct() => (Some(found), None),
-            other => match self.in_steps(command, start, reference, share) {
+            Some(found) if as_at_rest(&found, reference) => (Some(found), None),
+            _ => match self.in_steps(command, start, reference, share) {
                 Ok(found) => (Some(found), None),
-                Err(end) => (other.or_else(direct), Some(end)),
+                Err(end) => (within(Budget::far(ITERATIONS)), Some(end)),
             },
         };
         let Some(found) = found else {
@@ -238,8 +247,8 @@ impl<'a> BundleSolver<'a> {
         }
         let reference = self.rest_determinant(command);
         let (begin, steps) = (frame.scaled(&start.unknowns), start.between.coarsened());
-        let found =
-            newton(&frame, &frame.walk(self.tolerance), begin, steps, ITERATIONS_IN_STEPS, SETTLED).ok()?;
+        let budget = Budget::far(ITERATIONS_IN_STEPS);
+        let found = newton(&frame, &frame.walk(self.tolerance), begin, steps, budget, SETTLED).ok()?;
         Some(self.conclude(&frame, command, found, reference))
     }
 
@@ -270,7 +279,8 @@ impl<'a> BundleSolver<'a> {
         }
         let start = frame.scaled(&start);
         let from = |walk: &Walk| {
-            newton(&frame, walk, start.clone(), Steps::default(), ITERATIONS_NEAR, SETTLED_NEAR).ok()
+            let budget = Budget::far(ITERATIONS_NEAR);
+            newton(&frame, walk, start.clone(), Steps::default(), budget, SETTLED_NEAR).ok()
         };
         let found = from(&walk).or_else(|| from(&Walk { course: None, ..walk }))?;
         let found = self.conclude(&frame, command, found, f64::NAN);
@@ -291,11 +301,9 @@ impl<'a> BundleSolver<'a> {
             let target = command.between(&start.command, share);
             let frame = Frame::new(self.bundle, &target, self.lengthening());
             let (start, steps) = guess.at(&frame, share);
-            let found =
-                newton(&frame, &frame.walk(self.tolerance), start, steps, ITERATIONS_IN_STEPS, SETTLED)
-                    .ok()?;
-            let whole = found.is_direct() && (found.shortened == 0 || step <= SHORT);
-            (whole && as_at_rest(&found, reference)).then(|| (frame.unknowns(&found.unknowns), found))
+            let budget = if step <= SHORT { Budget::DIRECT } else { Budget::WHOLE };
+            let found = newton(&frame, &frame.walk(self.tolerance), start, steps, budget, SETTLED).ok()?;
+            as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))
         })
     }
 

@@ -9,9 +9,19 @@ use super::coordinates::Coordinates;
 use super::flow::{Flow, Visitor};
 use super::number::Number;
 use super::section::Unbalanced;
-use super::tableau::{BEFORE, FIFTH, STAGES, STEP, THIRD};
+use super::tableau::{FIFTH, Method, SECOND, STAGES, THIRD};
 use super::walk::{Lost, Walk};
 use nalgebra::DMatrix;
+
+/// Order of the method of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) enum Order {
+    #[default]
+    Eighth,
+    Fifth,
+    Third,
+}
 
 /// The state vector at the end of a step; without values where none is kept.
 #[derive(Clone, Debug, Default)]
@@ -28,8 +38,45 @@ struct Node {
     /// By how much every value left the tangent along which it was predicted; while the next one is sought, what the tangent predicts.
     #[cfg_attr(feature = "serde", serde(skip))]
     bend: Vec<f64>,
-    /// Estimated error of the step before as a part of what is allowed.
+    /// Method of the step before.
+    order: Order,
+    /// Its estimated error as a part of what is allowed.
     error: f64,
+    /// When it was taken last with the method of order 8: differences of order 5, 3 and 2 as parts of what is allowed, its length (m) and the number of values.
+    differences: [f64; 3],
+    /// Then too: those of order 5 and 3 of the slopes of the values, as a part of these.
+    of_slopes: Option<[f64; 2]>,
+    length: f64,
+    width: usize,
+}
+
+impl Node {
+    /// Takes a method of a lower order where that does.
+    fn lower(&mut self) {
+        if self.order == Order::Eighth {
+            let ([fifth, third, _], Some([slow, slower])) = (self.differences, self.of_slopes) else {
+                return;
+            };
+            if third < SAFE && slower < RESOLVED {
+                self.order = Order::Third;
+            } else if fifth < SAFE && slow < RESOLVED {
+                self.order = Order::Fifth;
+            }
+        }
+    }
+
+    /// Is known what methods of lower order make of a step of such a length with so many values?
+    fn is_judged(&self, width: usize, length: f64) -> bool {
+        width <= self.width && length.abs() <= ALIKE * self.length.abs()
+    }
+
+    /// The error of a step of a lower order as a part of what is allowed: the difference to that order grows with the one below it.
+    fn judge(&self, difference: f64) -> f64 {
+        let [fifth, third, second] = self.differences;
+        let (expected, then, power) =
+            if self.order == Order::Fifth { (fifth, third, 1.5) } else { (third, second, 4.0 / 3.0) };
+        expected.max(LEAST) * (difference / then.max(LEAST)).max(1.0).powf(power)
+    }
 }
 
 /// Steps of one span.
@@ -68,7 +115,7 @@ impl Steps {
             let mut last = 0.0;
             for (&end, node) in span.ends.iter().zip(&span.nodes) {
                 ends.extend([0.5 * (last + end), end]);
-                nodes.extend([Node::default(), node.clone()]);
+                nodes.extend([Node::default(), Node { order: Order::Eighth, ..node.clone() }]);
                 last = end;
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
@@ -83,11 +130,15 @@ impl Steps {
             let mut index = 0;
             while index < span.ends.len() {
                 let pair = span.nodes.get(index..index + 2);
-                if pair.is_some_and(|pair| pair.iter().all(|node| node.error < EASY)) {
-                    index += 1;
-                }
+                let easy = |node: &Node| node.order == Order::Eighth && node.error < EASY;
+                let both = pair.is_some_and(|pair| pair.iter().all(easy));
+                index += usize::from(both);
                 ends.push(span.ends[index]);
-                nodes.push(span.nodes[index].clone());
+                let mut node = span.nodes[index].clone();
+                if !both {
+                    node.lower();
+                }
+                nodes.push(node);
                 index += 1;
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
@@ -143,6 +194,11 @@ impl Steps {
         self.spans.iter().map(|span| span.key).collect()
     }
 
+    /// Has one of them an error far above what is allowed? Steps that were repeated as they were may.
+    pub fn are_coarse(&self) -> bool {
+        self.spans.iter().flat_map(|span| &span.nodes).any(|node| node.error > COARSE)
+    }
+
     /// How many steps there are.
     pub fn count(&self) -> usize {
         self.spans.iter().map(|span| span.ends.len()).sum()
@@ -182,7 +238,7 @@ impl Steps {
         let node = &mut self.spans[number].nodes[index];
         let tubes = flow.present.len();
         if node.tubes != tubes {
-            *node = Node { tubes, error: node.error, ..Node::default() };
+            *node = Node { tubes, values: Vec::new(), bend: Vec::new(), ..std::mem::take(node) };
             if let Some(course) = walk.course {
                 course.lay(flow);
             }
@@ -289,6 +345,18 @@ impl Steps {
 const TINY: f64 = 1e-9;
 /// Two steps with errors below this part of what is allowed make one: its error is 2⁸ times as great.
 const EASY: f64 = 1e-3;
+/// Slopes are followed where a method is off by no more than this part of them in a step: what grows along the tubes has to be seen growing.
+const RESOLVED: f64 = 1e-2;
+/// The same for the difference one order below.
+const SLANT: f64 = 0.03;
+/// Errors beyond this multiple of what is allowed are too large.
+const COARSE: f64 = 10.0;
+/// A method of lower order is taken where the error that is expected of it is below this part of what is allowed.
+const SAFE: f64 = 0.1;
+/// By this factor a step may be longer than where that was expected.
+const ALIKE: f64 = 1.1;
+/// Differences below this part of what is allowed may be rounding.
+const LEAST: f64 = 1e-3;
 /// Shortest step, as a share of its span.
 const SHORTEST: f64 = 1e-6;
 
@@ -359,6 +427,8 @@ fn try_march<S: Number>(
     let stops: usize = walk.command.stops.iter().map(Vec::len).sum();
     let most = MOST_STEPS * (1 + stops);
     let (mut done, mut index) = (0.0, 0);
+    // Is the first stage known?
+    let mut begun = false;
     let mut share: f64 = 1.0;
     while done < 1.0 {
         let kept = steps.spans[number].ends.get(index).copied();
@@ -366,15 +436,45 @@ fn try_march<S: Number>(
         let goal = if goal > 1.0 - SHORTEST { 1.0 } else { goal };
         let end = if goal > done + longest { done + longest } else { goal };
         let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
-        let taken = one_step(flow, leading, step, slopes, trial);
+        // A step that is cut is of order 8.
+        let order = match steps.spans[number].nodes.get(index) {
+            Some(node) if end >= goal && node.is_judged(width, step.value()) => node.order,
+            _ => Order::Eighth,
+        };
+        if !begun {
+            flow.slopes(Some(leading), &mut slopes[..width])?;
+            begun = true;
+        }
+        let taken = one_step(flow, leading, step, order, slopes, trial);
+        let (mut differences, mut by_slopes) = ([f64::INFINITY; 3], None);
         let error = match taken {
             Ok(()) => {
                 let grown = steps.coordinates.overgrowth(&flow.values, trial, &scales[..dependent]);
-                (estimate(slopes, width, step.value(), &scales) / walk.tolerance).max(grown.max(0.0).powi(8))
+                let size = |weights| size(slopes, weights, step.value(), &scales) / walk.tolerance;
+                let of_slopes =
+                    |weights| of_slopes(slopes, weights, step.value(), trial, &scales[..dependent]);
+                let own = if trial.iter().any(|value| value.value().is_nan()) {
+                    f64::INFINITY
+                } else if order == Order::Eighth {
+                    differences = [FIFTH, THIRD, SECOND].map(size);
+                    if !trial[0].slopes().is_empty() {
+                        by_slopes = Some([FIFTH, THIRD].map(of_slopes));
+                    }
+                    estimate(differences[0], differences[1])
+                } else {
+                    let monitor = Method::of(order).monitor;
+                    let turned = (of_slopes(monitor) / SLANT).powi(8);
+                    steps.spans[number].nodes[index].judge(size(monitor)).max(turned)
+                };
+                own.max(grown.max(0.0).powi(8))
             }
             Err(Unbalanced) => f64::INFINITY,
         };
-        let coarse = error > 1.0 || error.is_nan();
+        let coarse = error > 1.0;
+        if coarse && order != Order::Eighth && steps.adapt {
+            steps.spans[number].nodes[index].order = Order::Eighth;
+            continue;
+        }
         let shorter = (end - done) * (0.9 * error.powf(-1.0 / 8.0)).clamp(0.1, 0.7);
         if coarse && (kept.is_none() || steps.adapt) {
             if shorter < SHORTEST || steps.count() > most {
@@ -396,8 +496,16 @@ fn try_march<S: Number>(
             own.nodes.push(Node::default());
         }
         share = (end - done) * (0.9 * error.max(1e-12).powf(-1.0 / 8.0)).min(5.0);
+        begun = false;
         if end >= goal {
-            steps.spans[number].nodes[index].error = error;
+            let node = &mut steps.spans[number].nodes[index];
+            node.error = error;
+            if order == Order::Eighth {
+                (node.order, node.differences) = (order, differences);
+                (node.length, node.width) = (step.value(), width);
+                // Plain numbers say nothing of them.
+                node.of_slopes = by_slopes.or(node.of_slopes);
+            }
             if end < 1.0 {
                 steps.meet(flow, walk, number, index);
             }
@@ -442,22 +550,24 @@ fn hermite(share: f64) -> [f64; 4] {
     [(1.0 + 2.0 * t) * left * left, t * left * left, t * t * (3.0 - 2.0 * t), -t * t * left]
 }
 
-/// One step of the pair of order 8.
+/// One step from its first stage.
 fn one_step<S: Number>(
     flow: &mut Flow<S>,
     leading: usize,
     step: S,
+    order: Order,
     slopes: &mut [S],
     trial: &mut [S],
 ) -> Result<(), Unbalanced> {
     let width = trial.len();
+    let method = Method::of(order);
     let mut guess = flow.guess();
-    for stage in 0..STAGES {
-        combine(flow, BEFORE[stage], step, slopes, trial);
+    for (stage, before) in method.before.iter().enumerate().skip(1) {
+        combine(flow, before, step, slopes, trial);
         let own = &mut slopes[stage * width..(stage + 1) * width];
         flow.slopes_at(trial, Some(leading), &mut guess, own)?;
     }
-    combine(flow, STEP, step, slopes, trial);
+    combine(flow, method.step, step, slopes, trial);
     Ok(())
 }
 
@@ -474,18 +584,40 @@ fn combine<S: Number>(flow: &Flow<S>, weights: &[(usize, f64)], step: S, slopes:
     }
 }
 
-/// Error of a step in scaled variables, as in Hairer, Nørsett and Wanner 1993, II.10.
-fn estimate<S: Number>(slopes: &[S], width: usize, step: f64, scales: &[f64]) -> f64 {
-    let square = |weights: &[(usize, f64)]| -> f64 {
-        (0..width)
-            .map(|i| {
-                let sum: f64 = weights.iter().map(|&(stage, w)| w * slopes[stage * width + i].value()).sum();
-                (sum * step / scales[i]).powi(2)
-            })
-            .sum::<f64>()
-    };
-    let (fifth, third) = (square(FIFTH), square(THIRD));
-    if fifth <= 0.0 { 0.0 } else { fifth / (fifth + 0.01 * third).sqrt() }
+/// Size of a sum of stages in scaled variables.
+fn size<S: Number>(slopes: &[S], weights: &[(usize, f64)], step: f64, scales: &[f64]) -> f64 {
+    let width = scales.len();
+    let squares = scales.iter().enumerate().map(|(i, scale)| {
+        let sum: f64 = weights.iter().map(|&(stage, w)| w * slopes[stage * width + i].value()).sum();
+        (sum * step / scale).powi(2)
+    });
+    squares.sum::<f64>().sqrt()
+}
+
+/// Size of a sum of the stages' slopes as a part of the slopes that a step arrived with.
+fn of_slopes<S: Number>(
+    stages: &[S],
+    weights: &[(usize, f64)],
+    step: f64,
+    arrived: &[S],
+    scales: &[f64],
+) -> f64 {
+    let square = |own: &S, scale: f64| own.slopes().iter().map(|slope| (slope / scale).powi(2)).sum::<f64>();
+    let (mut lost, mut whole) = (0.0, 0.0);
+    for (i, scale) in scales.iter().enumerate() {
+        let mut sum = S::constant(0.0);
+        for &(stage, weight) in weights {
+            sum.add_scaled(weight * step, &stages[stage * arrived.len() + i]);
+        }
+        lost += square(&sum, *scale);
+        whole += square(&arrived[i], *scale);
+    }
+    (lost / whole).sqrt()
+}
+
+/// Error of a step of order 8 from its differences to those of order 5 and 3 (Hairer, Nørsett and Wanner 1993, II.10).
+fn estimate(fifth: f64, third: f64) -> f64 {
+    if fifth <= 0.0 { 0.0 } else { fifth * fifth / (fifth * fifth + 0.01 * third * third).sqrt() }
 }
 
 /// How many values others depend on: without loads nothing depends on the pose.

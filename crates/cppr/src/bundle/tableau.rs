@@ -1,13 +1,39 @@
-//! The Runge-Kutta pair of order 8 with estimates of order 5 and 3 (Dormand and Prince; Hairer, Nørsett and Wanner 1993, II.5).
+//! Runge-Kutta methods: of order 8 with estimates of order 5 and 3 (Dormand and Prince; Hairer, Nørsett and Wanner 1993, II.5), of order 5 (Dormand and
+//! Prince 1980) and of order 3 (Bogacki and Shampine 1989).
 
 #![allow(clippy::unreadable_literal)]
 
-/// Stages of one step.
+use super::steps::Order;
+
+/// Weights of stages.
+type Weights = &'static [(usize, f64)];
+
+/// One method.
+pub(super) struct Method {
+    /// Weights of the stages before, stage by stage.
+    pub before: &'static [Weights],
+    /// Weights of the step.
+    pub step: Weights,
+    /// Of a method of lower order: weights of a difference of the stages, as one of order 8 has it two and one orders below.
+    pub monitor: Weights,
+}
+
+impl Method {
+    /// The one of an order.
+    pub fn of(order: Order) -> Self {
+        match order {
+            Order::Eighth => Self { before: &BEFORE, step: STEP, monitor: &[] },
+            Order::Fifth => Self { before: &BEFORE_OF_FIVE, step: STEP_OF_FIVE, monitor: MONITOR_OF_FIVE },
+            Order::Third => Self { before: &BEFORE_OF_THREE, step: STEP_OF_THREE, monitor: MONITOR_OF_THREE },
+        }
+    }
+}
+
+/// Stages of the longest.
 pub(super) const STAGES: usize = 12;
 
-/// Weights of the stages before, stage by stage.
 #[rustfmt::skip]
-pub(super) const BEFORE: [&[(usize, f64)]; STAGES] = [
+const BEFORE: [Weights; STAGES] = [
     &[],
     &[(0, 0.05260015195876773)],
     &[(0, 0.0197250569845379), (1, 0.0591751709536137)],
@@ -22,14 +48,41 @@ pub(super) const BEFORE: [&[(usize, f64)]; STAGES] = [
     &[(0, 2.273310147516538), (3, -10.53449546673725), (4, -2.0008720582248625), (5, -17.9589318631188), (6, 27.94888452941996), (7, -2.8589982771350235), (8, -8.87285693353063), (9, 12.360567175794303), (10, 0.6433927460157636)],
 ];
 
-/// Weights of the step.
 #[rustfmt::skip]
-pub(super) const STEP: &[(usize, f64)] = &[(0, 0.054293734116568765), (5, 4.450312892752409), (6, 1.8915178993145003), (7, -5.801203960010585), (8, 0.3111643669578199), (9, -0.1521609496625161), (10, 0.20136540080403034), (11, 0.04471061572777259)];
+const STEP: Weights = &[(0, 0.054293734116568765), (5, 4.450312892752409), (6, 1.8915178993145003), (7, -5.801203960010585), (8, 0.3111643669578199), (9, -0.1521609496625161), (10, 0.20136540080403034), (11, 0.04471061572777259)];
 
 /// Weights of the difference to the solution of order 5.
 #[rustfmt::skip]
-pub(super) const FIFTH: &[(usize, f64)] = &[(0, 0.01312004499419488), (5, -1.2251564463762044), (6, -0.4957589496572502), (7, 1.6643771824549864), (8, -0.35032884874997366), (9, 0.3341791187130175), (10, 0.08192320648511571), (11, -0.022355307863886294)];
+pub(super) const FIFTH: Weights = &[(0, 0.01312004499419488), (5, -1.2251564463762044), (6, -0.4957589496572502), (7, 1.6643771824549864), (8, -0.35032884874997366), (9, 0.3341791187130175), (10, 0.08192320648511571), (11, -0.022355307863886294)];
 
 /// Weights of the difference to the solution of order 3.
 #[rustfmt::skip]
-pub(super) const THIRD: &[(usize, f64)] = &[(0, -0.18980075407240762), (5, 4.450312892752409), (6, 1.8915178993145003), (7, -5.801203960010585), (8, -0.4226823213237919), (9, -0.1521609496625161), (10, 0.20136540080403034), (11, 0.02265179219836082)];
+pub(super) const THIRD: Weights = &[(0, -0.18980075407240762), (5, 4.450312892752409), (6, 1.8915178993145003), (7, -5.801203960010585), (8, -0.4226823213237919), (9, -0.1521609496625161), (10, 0.20136540080403034), (11, 0.02265179219836082)];
+
+/// Weights of a second difference.
+pub(super) const SECOND: Weights = &[(0, 0.625), (9, -1.5625), (11, 0.9375)];
+
+#[rustfmt::skip]
+const BEFORE_OF_FIVE: [Weights; 6] = [
+    &[],
+    &[(0, 1.0 / 5.0)],
+    &[(0, 3.0 / 40.0), (1, 9.0 / 40.0)],
+    &[(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)],
+    &[(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)],
+    &[(0, 9017.0 / 3168.0), (1, -355.0 / 33.0), (2, 46732.0 / 5247.0), (3, 49.0 / 176.0), (4, -5103.0 / 18656.0)],
+];
+
+#[rustfmt::skip]
+const STEP_OF_FIVE: Weights = &[(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
+
+/// What [`THIRD`] makes of stages that vary as the cube of the place.
+const MONITOR_OF_FIVE: Weights =
+    &[(0, -7.0 / 12.0 * CUBE), (2, 4.0 / 3.0 * CUBE), (3, -7.0 / 4.0 * CUBE), (5, CUBE)];
+const CUBE: f64 = 0.02521367521367608 / 0.14;
+
+const BEFORE_OF_THREE: [Weights; 3] = [&[], &[(0, 1.0 / 2.0)], &[(1, 3.0 / 4.0)]];
+
+const STEP_OF_THREE: Weights = &[(0, 2.0 / 9.0), (1, 1.0 / 3.0), (2, 4.0 / 9.0)];
+
+/// What [`SECOND`] makes of stages that vary as the square of the place.
+const MONITOR_OF_THREE: Weights = &[(0, 1.0), (1, -3.0), (2, 2.0)];

@@ -180,27 +180,28 @@ impl<'a, 'b, S: Number> Runner<'a, 'b, S> {
         self.walk.command.stops[tube].get(self.next[tube]).copied()
     }
 
+    /// The place of the tube whose event is nearest, were rates to stay.
+    fn nearest(&mut self) -> Result<usize, Lost> {
+        let mut slopes = vec![S::constant(0.0); self.flow.values.len()];
+        self.flow.slopes(None, &mut slopes)?;
+        let way = |(place, tube): (usize, &usize)| {
+            let (label, _) = self.stop(*tube)?;
+            Some((place, (label - self.flow.values[4 * place].value()) / slopes[4 * place].value()))
+        };
+        let ways = self.flow.present.iter().enumerate().filter_map(way);
+        ways.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(place, _)| place).ok_or(Lost::Order)
+    }
+
     /// Integrates to the event that comes first, and passes it.
     fn span(&mut self, steps: &mut Steps, number: usize) -> Result<(), Lost> {
         let length = self.walk.bundle.length;
-        let mut slopes = vec![S::constant(0.0); self.flow.values.len()];
-        self.flow.slopes(None, &mut slopes)?;
-        // The tube that led last time, or the one whose event is nearest, were rates to stay.
+        // The tube that led last time.
         let known = steps.key(number);
-        let mut first = None;
-        for (place, &tube) in self.flow.present.iter().enumerate() {
-            if let Some((label, _)) = self.stop(tube) {
-                if known == Some((tube, self.next[tube])) {
-                    first = Some((place, 0.0));
-                    break;
-                }
-                let way = (label - self.flow.values[4 * place].value()) / slopes[4 * place].value();
-                if first.is_none_or(|(_, least)| way < least) {
-                    first = Some((place, way));
-                }
-            }
-        }
-        let (mut leading, _) = first.ok_or(Lost::Order)?;
+        let leads = |tube: &usize| known == Some((*tube, self.next[*tube])) && self.stop(*tube).is_some();
+        let mut leading = match self.flow.present.iter().position(leads) {
+            Some(place) => place,
+            None => self.nearest()?,
+        };
         let (start, mark) = (self.flow.values.clone(), steps.coordinates.mark());
         for _ in 0..=self.flow.present.len() {
             let tube = self.flow.present[leading];

@@ -286,7 +286,54 @@ impl Profile {
     }
 }
 
+impl Profile {
+    /// Abscissae 0 < x < L (m), other than [`Self::breaks`], at which the profile passes a value, in order.
+    pub(crate) fn passes(&self, value: f64, length: f64) -> Vec<f64> {
+        let above = |x: f64| self.eval(x, length)[0] - value;
+        // Between these the profile rises or falls.
+        let mut turns = vec![0.0];
+        if let Shape::Cubic(cubic) = &self.shape {
+            turns.extend(cubic.turns());
+        }
+        turns.extend(self.breaks(length));
+        turns.retain(|x| (0.0..length).contains(x));
+        turns.push(length);
+        turns.sort_unstable_by(f64::total_cmp);
+        let passed = turns.windows(2).filter(|ends| above(ends[0]) * above(ends[1]) < 0.0);
+        passed.map(|ends| between(ends[0], ends[1], above)).collect()
+    }
+}
+
+/// Where a function changes its sign between two places, by bisection.
+fn between(mut from: f64, mut to: f64, of: impl Fn(f64) -> f64) -> f64 {
+    let begins = of(from);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (from + to);
+        if of(middle) * begins > 0.0 {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    0.5 * (from + to)
+}
+
+/// As many halvings as leave 1e-15 of a distance.
+const BISECTIONS: usize = 50;
+
 impl Cubic {
+    /// Where its slope vanishes inside a cell.
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        let ends = self.points.windows(2).zip(&self.cells);
+        ends.flat_map(|(ends, [_, slope, half, sixth])| {
+            let (from, width) = (ends[0], ends[1] - ends[0]);
+            // 3 d t² + 2 c t + b = 0, from the root that no difference spoils.
+            let sum = -(half + half.signum() * (half * half - 3.0 * sixth * slope).sqrt());
+            let roots = [sum / (3.0 * sixth), slope / sum];
+            roots.into_iter().filter(move |t| (0.0..width).contains(t)).map(move |t| from + t)
+        })
+    }
+
     fn eval(&self, x: f64) -> [f64; 3] {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
         if x < first {
@@ -385,4 +432,37 @@ fn limited(slope: f64, before: f64, after: f64) -> f64 {
     let bound = 3.0 * before.abs().min(after.abs());
     let sign = before.signum();
     sign * (sign * slope).clamp(0.0, bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Profile;
+
+    #[test]
+    fn passes_are_where_the_profile_has_the_value() {
+        let length = 0.1;
+        let middles: Vec<f64> = (0..20).map(|i| 0.005 * (f64::from(i) + 0.5)).collect();
+        let depths: Vec<f64> = (0..20).map(|i| 5e-3 + 1e-4 * f64::from(i * i + 1).sin()).collect();
+        let spline = Profile::per_notch(&depths, &middles).unwrap();
+        // From a minimum up: no sample at the ends of the cell would tell the two passes.
+        let arc = Profile::per_notch(&[5.1e-3, 5e-3, 5e-3, 5.1e-3], &[0.02, 0.04, 0.06, 0.08]).unwrap();
+        for (profile, value, least) in
+            [(&spline, 5e-3, 10), (&arc, 4.99e-3, 2), (&Profile::linear(4e-3, 6e-3), 5e-3, 1)]
+        {
+            let passes = profile.passes(value, length);
+            assert!(passes.len() >= least && passes.is_sorted(), "{passes:?}");
+            // Between two of them it stays on one side.
+            let ends: Vec<f64> = [0.0].into_iter().chain(passes.iter().copied()).chain([length]).collect();
+            for (number, pair) in ends.windows(2).enumerate() {
+                let side = |x: f64| (profile.eval(x, length)[0] - value).signum();
+                let begins = side(0.5 * (pair[0] + pair[1]));
+                for i in 1..100 {
+                    let at = pair[0] + (pair[1] - pair[0]) * f64::from(i) / 100.0;
+                    assert!(side(at) * begins > 0.0, "{number}: {at}");
+                }
+            }
+            assert!(passes.iter().all(|x| (profile.eval(*x, length)[0] - value).abs() < 1e-15));
+        }
+        assert!(Profile::constant(5e-3).passes(5e-3, length).is_empty());
+    }
 }
