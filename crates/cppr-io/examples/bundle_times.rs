@@ -1,8 +1,8 @@
 //! What a solve of robots with parts and joints costs, in microseconds on one core (the median of a control loop's): `cargo run --release -p cppr-io --example bundle_times`, in the
 //! repository's root; a name chooses one of them. From rest with the error; then a control loop's steps of 0.01 mm and 0.1° from the last pose, the same with the Jacobian.
 
-use cppr::bundle::{Bundle, BundleDesign};
 use cppr::bundle::solve::{BundleCommand, BundleSolver};
+use cppr::bundle::{Bundle, BundleDesign};
 use cppr::design::{Profile, TubeDesign};
 use cppr::solve::{Drive, Freedom, Input};
 use cppr_io::bundle_file::read_bundle;
