@@ -516,7 +516,8 @@ fn try_march<S: Number>(
             return Ok(Some(place));
         }
         if let Some(visit) = visit {
-            let sections = (way * (end - before) / walk.spacing).ceil();
+            // A step as long as the spacing has none between, whatever rounding says.
+            let sections = (way * (end - before) / walk.spacing - 1e-6).ceil();
             if sections > 1.0 {
                 flow.slopes(Some(leading), &mut slopes[width..2 * width])?;
                 let [first, last] = [&slopes[..width], &slopes[width..2 * width]];
