@@ -42,19 +42,66 @@ struct Node {
     order: Order,
     /// Its estimated error as a part of what is allowed.
     error: f64,
-    /// When it was taken last with the method of order 8: differences of order 5, 3 and 2 as parts of what is allowed, its length (m) and the number of values.
+    /// What was seen when it was taken last with the method of order 8.
+    seen: Seen,
+}
+
+/// What a step of order 8 shows of methods of lower order.
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Seen {
+    /// Differences of order 5, 3 and 2 as parts of what is allowed.
     differences: [f64; 3],
-    /// Then too: those of order 5 and 3 of the slopes of the values, as a part of these.
+    /// Those of order 5 and 3 of the slopes of the values, as a part of these; plain numbers say nothing of them.
     of_slopes: Option<[f64; 2]>,
+    /// Length of the step (m), and how many values there were.
     length: f64,
     width: usize,
+}
+
+/// A step that was taken: its stages, where it arrived, its length, and the units of the values that others depend on, and of all.
+struct Taken<'a, S> {
+    stages: &'a [S],
+    arrived: &'a [S],
+    step: S,
+    scales: &'a [f64],
+    dependent: usize,
+}
+
+impl<S: Number> Taken<'_, S> {
+    /// Size of a sum of stages in scaled variables.
+    fn size(&self, weights: &[(usize, f64)]) -> f64 {
+        size(self.stages, weights, self.step.value(), self.scales)
+    }
+
+    fn of_slopes(&self, weights: &[(usize, f64)]) -> f64 {
+        of_slopes(self.stages, weights, self.step.value(), self.arrived, &self.scales[..self.dependent])
+    }
+
+    /// Its error as a part of what is allowed, and what it shows of methods of lower order if it is of order 8.
+    fn error(&self, node: Option<&Node>, order: Order, allowed: f64) -> (f64, Option<Seen>) {
+        if self.arrived.iter().any(|value| value.value().is_nan()) {
+            return (f64::INFINITY, None);
+        }
+        if let (Some(node), Order::Fifth | Order::Third) = (node, order) {
+            let monitor = Method::of(order).monitor;
+            let turned = (self.of_slopes(monitor) / SLANT).powi(8);
+            return (node.judge(self.size(monitor) / allowed).max(turned), None);
+        }
+        let differences = [FIFTH, THIRD, SECOND].map(|weights| self.size(weights) / allowed);
+        let has_slopes = !self.arrived[0].slopes().is_empty();
+        let of_slopes = has_slopes.then(|| [FIFTH, THIRD].map(|weights| self.of_slopes(weights)));
+        let seen = Seen { differences, of_slopes, length: self.step.value(), width: self.arrived.len() };
+        (estimate(differences[0], differences[1]), Some(seen))
+    }
 }
 
 impl Node {
     /// Takes a method of a lower order where that does.
     fn lower(&mut self) {
         if self.order == Order::Eighth {
-            let ([fifth, third, _], Some([slow, slower])) = (self.differences, self.of_slopes) else {
+            let ([fifth, third, _], Some([slow, slower])) = (self.seen.differences, self.seen.of_slopes)
+            else {
                 return;
             };
             if third < SAFE && slower < RESOLVED {
@@ -67,12 +114,12 @@ impl Node {
 
     /// Is known what methods of lower order make of a step of such a length with so many values?
     fn is_judged(&self, width: usize, length: f64) -> bool {
-        width <= self.width && length.abs() <= ALIKE * self.length.abs()
+        width <= self.seen.width && length.abs() <= ALIKE * self.seen.length.abs()
     }
 
     /// The error of a step of a lower order as a part of what is allowed: the difference to that order grows with the one below it.
     fn judge(&self, difference: f64) -> f64 {
-        let [fifth, third, second] = self.differences;
+        let [fifth, third, second] = self.seen.differences;
         let (expected, then, power) =
             if self.order == Order::Fifth { (fifth, third, 1.5) } else { (third, second, 4.0 / 3.0) };
         expected.max(LEAST) * (difference / then.max(LEAST)).max(1.0).powf(power)
@@ -411,14 +458,7 @@ fn try_march<S: Number>(
     let width = flow.values.len();
     let way = (to - flow.values[4 * leading].value()).abs();
     if way < TINY * walk.bundle.length {
-        let way = -flow.values[4 * leading] + to;
-        flow.slopes(Some(leading), &mut slopes[..width])?;
-        for (value, slope) in flow.values.iter_mut().zip(slopes.iter()) {
-            *value += *slope * way;
-        }
-        let own = &mut steps.spans[number];
-        let last = own.nodes.pop().unwrap_or_default();
-        (own.ends, own.nodes) = (vec![1.0], vec![last]);
+        skip(flow, span, steps, &mut slopes[..width])?;
         return Ok(passed(flow, limits));
     }
     let scales = scales(flow.present.len(), width, walk);
@@ -446,29 +486,14 @@ fn try_march<S: Number>(
             begun = true;
         }
         let taken = one_step(flow, leading, step, order, slopes, trial);
-        let (mut differences, mut by_slopes) = ([f64::INFINITY; 3], None);
-        let error = match taken {
+        let (error, seen) = match taken {
             Ok(()) => {
                 let grown = steps.coordinates.overgrowth(&flow.values, trial, &scales[..dependent]);
-                let size = |weights| size(slopes, weights, step.value(), &scales) / walk.tolerance;
-                let of_slopes =
-                    |weights| of_slopes(slopes, weights, step.value(), trial, &scales[..dependent]);
-                let own = if trial.iter().any(|value| value.value().is_nan()) {
-                    f64::INFINITY
-                } else if order == Order::Eighth {
-                    differences = [FIFTH, THIRD, SECOND].map(size);
-                    if !trial[0].slopes().is_empty() {
-                        by_slopes = Some([FIFTH, THIRD].map(of_slopes));
-                    }
-                    estimate(differences[0], differences[1])
-                } else {
-                    let monitor = Method::of(order).monitor;
-                    let turned = (of_slopes(monitor) / SLANT).powi(8);
-                    steps.spans[number].nodes[index].judge(size(monitor)).max(turned)
-                };
-                own.max(grown.max(0.0).powi(8))
+                let taken = Taken { stages: slopes, arrived: trial, step, scales: &scales, dependent };
+                let (own, seen) = taken.error(steps.spans[number].nodes.get(index), order, walk.tolerance);
+                (own.max(grown.max(0.0).powi(8)), seen)
             }
-            Err(Unbalanced) => f64::INFINITY,
+            Err(Unbalanced) => (f64::INFINITY, None),
         };
         let coarse = error > 1.0;
         if coarse && order != Order::Eighth && steps.adapt {
@@ -500,11 +525,9 @@ fn try_march<S: Number>(
         if end >= goal {
             let node = &mut steps.spans[number].nodes[index];
             node.error = error;
-            if order == Order::Eighth {
-                (node.order, node.differences) = (order, differences);
-                (node.length, node.width) = (step.value(), width);
-                // Plain numbers say nothing of them.
-                node.of_slopes = by_slopes.or(node.of_slopes);
+            if let Some(seen) = seen {
+                node.order = Order::Eighth;
+                node.seen = Seen { of_slopes: seen.of_slopes.or(node.seen.of_slopes), ..seen };
             }
             if end < 1.0 {
                 steps.meet(flow, walk, number, index);
@@ -519,22 +542,7 @@ fn try_march<S: Number>(
             // A step as long as the spacing has none between, whatever rounding says.
             let sections = (way * (end - before) / walk.spacing - 1e-6).ceil();
             if sections > 1.0 {
-                flow.slopes(Some(leading), &mut slopes[width..2 * width])?;
-                let [first, last] = [&slopes[..width], &slopes[width..2 * width]];
-                let arrived = flow.values.clone();
-                let mut between = 1.0;
-                while between < sections {
-                    let weights = hermite(between / sections);
-                    for (i, value) in flow.values.iter_mut().enumerate() {
-                        *value = trial[i] * weights[0]
-                            + first[i] * step * weights[1]
-                            + arrived[i] * weights[2]
-                            + last[i] * step * weights[3];
-                    }
-                    flow.visit(*visit)?;
-                    between += 1.0;
-                }
-                flow.values = arrived;
+                visit_between(flow, leading, step, sections, [slopes, trial], *visit)?;
             }
             flow.visit(*visit)?;
         }
@@ -543,6 +551,53 @@ fn try_march<S: Number>(
     own.ends.truncate(index);
     own.nodes.truncate(index);
     Ok(None)
+}
+
+/// Passes a span that is hardly there.
+fn skip<S: Number>(
+    flow: &mut Flow<S>,
+    span: &Span,
+    steps: &mut Steps,
+    slopes: &mut [S],
+) -> Result<(), Unbalanced> {
+    let way = -flow.values[4 * span.leading] + span.to;
+    flow.slopes(Some(span.leading), slopes)?;
+    for (value, slope) in flow.values.iter_mut().zip(slopes) {
+        *value += *slope * way;
+    }
+    let own = &mut steps.spans[span.number];
+    let last = own.nodes.pop().unwrap_or_default();
+    (own.ends, own.nodes) = (vec![1.0], vec![last]);
+    Ok(())
+}
+
+/// Shows sections inside a step that was taken, by Hermite's cubic from the state before it and its first stage to the state behind it.
+fn visit_between<S: Number>(
+    flow: &mut Flow<S>,
+    leading: usize,
+    step: S,
+    sections: f64,
+    [slopes, before]: [&mut Vec<S>; 2],
+    visit: Visitor<S>,
+) -> Result<(), Unbalanced> {
+    let width = before.len();
+    flow.slopes(Some(leading), &mut slopes[width..2 * width])?;
+    let [first, last] = [&slopes[..width], &slopes[width..2 * width]];
+    let arrived = flow.values.clone();
+    let mut between = 1.0;
+    while between < sections {
+        let weights = hermite(between / sections);
+        for (i, value) in flow.values.iter_mut().enumerate() {
+            *value = before[i] * weights[0]
+                + first[i] * step * weights[1]
+                + arrived[i] * weights[2]
+                + last[i] * step * weights[3];
+        }
+        flow.visit(visit)?;
+        between += 1.0;
+    }
+    flow.values = arrived;
+    Ok(())
 }
 
 /// Weights of Hermite's cubic at a share of a step: of the value and the slope at its beginning, then of those at its end.
