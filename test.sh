@@ -27,11 +27,13 @@ trap 'rm -f "$objections"' EXIT
         RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --release --quiet
 } >"$objections" 2>&1 &
 lints=$!
-cargo test --workspace --release "$@" || fail "tests failed: see above"
+failed=0
+cargo test --workspace --release "$@" || failed=1
 wait $lints || {
     cat "$objections" >&2
     fail "lints or the documentation object: run 'cargo clippy --workspace --all-targets --release' and 'cargo doc', and mend what they name"
 }
+[ $failed = 0 ] || fail "tests failed: see above"
 ./deny.sh || fail "dependencies break a rule of deny.toml: see above"
 crates/cppr-cli/test.sh || fail "outputs are not as their schemas say: see above"
 crates/cppr-mesh/test.sh || fail "exported files do not pass other readers: see above"

@@ -221,8 +221,6 @@ fn fit_into(pieces: &mut Vec<Piece>, from: f64, to: f64, shortest: f64, field: &
         })
         .collect();
     let mut fine = true;
-    // What a piece is off by matters less the shorter it is.
-    let allowed = FIT * (shortest / SHORTEST / (to - from)).powf(1.5);
     let series: Vec<Series> = (0..=FIELDS)
         .map(|f| {
             let mut coefficients: Vec<f64> = (0..n)
@@ -238,7 +236,7 @@ fn fit_into(pieces: &mut Vec<Piece>, from: f64, to: f64, shortest: f64, field: &
             // Directions are of the order of one, whatever their series says.
             let size =
                 coefficients.iter().fold(if f == FIELDS { 1.0 } else { 0.0 }, |m: f64, c| m.max(c.abs()));
-            fine &= coefficients[n - 2..].iter().all(|c| c.is_nan() || c.abs() <= allowed * size);
+            fine &= coefficients[n - 2..].iter().all(|c| c.is_nan() || c.abs() <= FIT * size);
             // A field that is not known is so everywhere.
             let used = coefficients.iter().rposition(|c| c.abs() > 1e-14 * size).map_or(1, |i| i + 1);
             coefficients.truncate(used);

@@ -8,7 +8,7 @@ use super::curve::Piece;
 use super::number::{Dual, Number};
 use super::prepared::{Applied, Prepared, array};
 use super::rubbing::Side;
-use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance, turn};
+use super::section::{Local, Scratch, Seen, Tube, TubeState, Unbalanced, Weight, balance, rates};
 use super::vector::{columns, cross, dot, first_column, sum};
 
 /// Numbers of the pose, and of the loads.
@@ -365,7 +365,7 @@ impl<'a, S: Number> Flow<'a, S> {
         let mut scratch = std::mem::take(&mut self.scratch);
         let (moment, _) = self.section(&self.values, &mut scratch);
         let load = moment.map(Number::value);
-        let found = turn(&scratch.tubes, load, &mut self.omega).map(|_| {
+        let found = rates(&scratch.tubes, load, &mut self.omega).map(|_| {
             let own = |tube: &Tube| tube.plain(self.omega);
             let energy: f64 = scratch.tubes.iter().map(|tube| own(tube).energy).sum();
             let [y, z] = self.omega;

@@ -90,8 +90,8 @@ pub(super) fn balanced<L: Number>(metal: &Metal, bent: [L; 3], rest: [L; 2], pul
         let s = bent.map(|b| b * inverse);
         let strains = [s[0] - 1.0, s[1] - rest[0], s[2] - rest[1]];
         let efforts: [L; 3] =
-            std::array::from_fn(|i| L::combine(potential.slopes[i], &potential.second[i], &strains));
-        (s, efforts, L::combine(potential.value, &potential.slopes, &strains))
+            std::array::from_fn(|i| L::function(potential.slopes[i], &potential.second[i], &strains));
+        (s, efforts, L::function(potential.value, &potential.slopes, &strains))
     };
     let fixed = L::constant(at);
     let (s, efforts, value) = of(fixed);

@@ -26,6 +26,7 @@ mod load_path;
 mod metal;
 mod newton;
 mod number;
+mod order;
 mod path;
 mod prepared;
 mod rubbing;

@@ -55,16 +55,31 @@ pub(crate) trait Number:
     /// Adds factor times the slopes of another number to those of this one.
     fn add_slopes(&mut self, factor: f64, other: &Self);
 
+    /// Becomes a factor times a function of numbers, given its value and its slopes by them.
+    #[inline]
+    fn become_function<'a>(
+        &mut self,
+        factor: f64,
+        value: f64,
+        slopes: &[f64],
+        numbers: impl IntoIterator<Item = &'a Self>,
+    ) where
+        Self: 'a,
+    {
+        *self = Self::constant(factor * value);
+        for (slope, number) in slopes.iter().zip(numbers).filter(|(slope, _)| **slope != 0.0) {
+            self.add_slopes(factor * slope, number);
+        }
+    }
+
     /// A function of numbers, given its value and its slopes by them.
     #[inline]
-    fn combine<'a>(value: f64, slopes: &[f64], numbers: impl IntoIterator<Item = &'a Self>) -> Self
+    fn function<'a>(value: f64, slopes: &[f64], numbers: impl IntoIterator<Item = &'a Self>) -> Self
     where
         Self: 'a,
     {
-        let mut own = Self::constant(value);
-        for (slope, number) in slopes.iter().zip(numbers).filter(|(slope, _)| **slope != 0.0) {
-            own.add_slopes(*slope, number);
-        }
+        let mut own = Self::constant(0.0);
+        own.become_function(1.0, value, slopes, numbers);
         own
     }
 

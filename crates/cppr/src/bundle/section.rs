@@ -270,12 +270,9 @@ impl<S: Number> Seen<'_, S> {
     /// One number of the contribution, times a factor.
     #[inline]
     fn put(&self, which: usize, factor: f64, out: &mut S) {
-        *out = S::constant(factor * self.values[which]);
-        let Some(slopes) = self.slopes else { return };
         let inputs = self.state.iter().chain(self.omega).chain(self.weight);
-        for (slope, input) in slopes.rows[which].iter().zip(inputs).filter(|(slope, _)| **slope != 0.0) {
-            out.add_slopes(factor * slope, input);
-        }
+        let slopes = self.slopes.map_or(&[][..], |slopes| &slopes.rows[which]);
+        out.become_function(factor, self.values[which], slopes, inputs);
     }
 
     /// Slopes of the tube's state by the centreline length: label, tension, angle, torque.
@@ -518,7 +515,7 @@ pub(crate) fn balance<S: Number>(
     mut each: impl FnMut(usize, &Seen<S>),
 ) -> Result<[S; 2], Unbalanced> {
     let Scratch { tubes, first, weights, locals, plain } = scratch;
-    let [yy, yz, zz] = turn(tubes, moment.map(Number::value), guess)?;
+    let [yy, yz, zz] = rates(tubes, moment.map(Number::value), guess)?;
     let omega = *guess;
     if moment[0].slopes().is_empty() {
         plain.clear();
@@ -557,9 +554,9 @@ pub(crate) fn balance<S: Number>(
     Ok(omega)
 }
 
-/// Finds ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
+/// Finds the rates of rotation ω for a moment (N m) by Newton's method from `guess`, which becomes its value; G is convex in ω, so that steps halved where
 /// the residual grows arrive. Gives the second slopes of G there: yy, yz, zz.
-pub(crate) fn turn(tubes: &[Tube], load: [f64; 2], guess: &mut [f64; 2]) -> Result<[f64; 3], Unbalanced> {
+pub(crate) fn rates(tubes: &[Tube], load: [f64; 2], guess: &mut [f64; 2]) -> Result<[f64; 3], Unbalanced> {
     let slopes = |omega: [f64; 2]| {
         let mut sum = [-load[0], -load[1], 0.0, 0.0, 0.0];
         for tube in tubes {

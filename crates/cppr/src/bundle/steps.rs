@@ -8,20 +8,11 @@
 use super::coordinates::Coordinates;
 use super::flow::{Flow, Visitor};
 use super::number::Number;
+use super::order::{Order, Seen, Taken};
 use super::section::Unbalanced;
-use super::tableau::{FIFTH, Method, SECOND, STAGES, THIRD};
+use super::tableau::{Method, STAGES};
 use super::walk::{Lost, Walk};
 use nalgebra::DMatrix;
-
-/// Order of the method of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum Order {
-    #[default]
-    Eighth,
-    Fifth,
-    Third,
-}
 
 /// The state vector at the end of a step; without values where none is kept.
 #[derive(Clone, Debug, Default)]
@@ -44,86 +35,6 @@ struct Node {
     error: f64,
     /// What was seen when it was taken last with the method of order 8.
     seen: Seen,
-}
-
-/// What a step of order 8 shows of methods of lower order.
-#[derive(Clone, Copy, Debug, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Seen {
-    /// Differences of order 5, 3 and 2 as parts of what is allowed.
-    differences: [f64; 3],
-    /// Those of order 5 and 3 of the slopes of the values, as a part of these; plain numbers say nothing of them.
-    of_slopes: Option<[f64; 2]>,
-    /// Length of the step (m), and how many values there were.
-    length: f64,
-    width: usize,
-}
-
-/// A step that was taken: its stages, where it arrived, its length, and the units of the values that others depend on, and of all.
-struct Taken<'a, S> {
-    stages: &'a [S],
-    arrived: &'a [S],
-    step: S,
-    scales: &'a [f64],
-    dependent: usize,
-}
-
-impl<S: Number> Taken<'_, S> {
-    /// Size of a sum of stages in scaled variables.
-    fn size(&self, weights: &[(usize, f64)]) -> f64 {
-        size(self.stages, weights, self.step.value(), self.scales)
-    }
-
-    fn of_slopes(&self, weights: &[(usize, f64)]) -> f64 {
-        of_slopes(self.stages, weights, self.step.value(), self.arrived, &self.scales[..self.dependent])
-    }
-
-    /// Its error as a part of what is allowed, and what it shows of methods of lower order if it is of order 8.
-    fn error(&self, node: Option<&Node>, order: Order, allowed: f64) -> (f64, Option<Seen>) {
-        if self.arrived.iter().any(|value| value.value().is_nan()) {
-            return (f64::INFINITY, None);
-        }
-        if let (Some(node), Order::Fifth | Order::Third) = (node, order) {
-            let monitor = Method::of(order).monitor;
-            let turned = (self.of_slopes(monitor) / SLANT).powi(8);
-            return (node.judge(self.size(monitor) / allowed).max(turned), None);
-        }
-        let differences = [FIFTH, THIRD, SECOND].map(|weights| self.size(weights) / allowed);
-        let has_slopes = !self.arrived[0].slopes().is_empty();
-        let of_slopes = has_slopes.then(|| [FIFTH, THIRD].map(|weights| self.of_slopes(weights)));
-        let seen = Seen { differences, of_slopes, length: self.step.value(), width: self.arrived.len() };
-        (estimate(differences[0], differences[1]), Some(seen))
-    }
-}
-
-impl Node {
-    /// Takes a method of a lower order where that does.
-    fn lower(&mut self) {
-        if self.order == Order::Eighth {
-            let ([fifth, third, _], Some([slow, slower])) = (self.seen.differences, self.seen.of_slopes)
-            else {
-                return;
-            };
-            if third < SAFE && slower < RESOLVED {
-                self.order = Order::Third;
-            } else if fifth < SAFE && slow < RESOLVED {
-                self.order = Order::Fifth;
-            }
-        }
-    }
-
-    /// Is known what methods of lower order make of a step of such a length with so many values?
-    fn is_judged(&self, width: usize, length: f64) -> bool {
-        width <= self.seen.width && length.abs() <= ALIKE * self.seen.length.abs()
-    }
-
-    /// The error of a step of a lower order as a part of what is allowed: the difference to that order grows with the one below it.
-    fn judge(&self, difference: f64) -> f64 {
-        let [fifth, third, second] = self.seen.differences;
-        let (expected, then, power) =
-            if self.order == Order::Fifth { (fifth, third, 1.5) } else { (third, second, 4.0 / 3.0) };
-        expected.max(LEAST) * (difference / then.max(LEAST)).max(1.0).powf(power)
-    }
 }
 
 /// Steps of one span.
@@ -182,8 +93,8 @@ impl Steps {
                 index += usize::from(both);
                 ends.push(span.ends[index]);
                 let mut node = span.nodes[index].clone();
-                if !both {
-                    node.lower();
+                if !both && node.order == Order::Eighth {
+                    node.order = node.seen.order();
                 }
                 nodes.push(node);
                 index += 1;
@@ -392,18 +303,8 @@ impl Steps {
 const TINY: f64 = 1e-9;
 /// Two steps with errors below this part of what is allowed make one: its error is 2⁸ times as great.
 const EASY: f64 = 1e-3;
-/// Slopes are followed where a method is off by no more than this part of them in a step: what grows along the tubes has to be seen growing.
-const RESOLVED: f64 = 1e-2;
-/// The same for the difference one order below.
-const SLANT: f64 = 0.03;
 /// Errors beyond this multiple of what is allowed are too large.
 const COARSE: f64 = 10.0;
-/// A method of lower order is taken where the error that is expected of it is below this part of what is allowed.
-const SAFE: f64 = 0.1;
-/// By this factor a step may be longer than where that was expected.
-const ALIKE: f64 = 1.1;
-/// Differences below this part of what is allowed may be rounding.
-const LEAST: f64 = 1e-3;
 /// Shortest step, as a share of its span.
 const SHORTEST: f64 = 1e-6;
 
@@ -478,7 +379,7 @@ fn try_march<S: Number>(
         let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
         // A step that is cut is of order 8.
         let order = match steps.spans[number].nodes.get(index) {
-            Some(node) if end >= goal && node.is_judged(width, step.value()) => node.order,
+            Some(node) if end >= goal && node.seen.covers(width, step.value()) => node.order,
             _ => Order::Eighth,
         };
         if !begun {
@@ -490,7 +391,12 @@ fn try_march<S: Number>(
             Ok(()) => {
                 let grown = steps.coordinates.overgrowth(&flow.values, trial, &scales[..dependent]);
                 let taken = Taken { stages: slopes, arrived: trial, step, scales: &scales, dependent };
-                let (own, seen) = taken.error(steps.spans[number].nodes.get(index), order, walk.tolerance);
+                let (own, seen) = match steps.spans[number].nodes.get(index) {
+                    Some(node) if order != Order::Eighth => {
+                        (taken.error_of_lower(order, &node.seen, walk.tolerance), None)
+                    }
+                    _ => taken.error(walk.tolerance),
+                };
                 (own.max(grown.max(0.0).powi(8)), seen)
             }
             Err(Unbalanced) => (f64::INFINITY, None),
@@ -527,7 +433,7 @@ fn try_march<S: Number>(
             node.error = error;
             if let Some(seen) = seen {
                 node.order = Order::Eighth;
-                node.seen = Seen { of_slopes: seen.of_slopes.or(node.seen.of_slopes), ..seen };
+                node.seen = seen.after(&node.seen);
             }
             if end < 1.0 {
                 steps.meet(flow, walk, number, index);
@@ -638,42 +544,6 @@ fn combine<S: Number>(flow: &Flow<S>, weights: &[(usize, f64)], step: S, slopes:
         *value = sum * step;
         value.add_scaled(1.0, &flow.values[i]);
     }
-}
-
-/// Size of a sum of stages in scaled variables.
-fn size<S: Number>(slopes: &[S], weights: &[(usize, f64)], step: f64, scales: &[f64]) -> f64 {
-    let width = scales.len();
-    let squares = scales.iter().enumerate().map(|(i, scale)| {
-        let sum: f64 = weights.iter().map(|&(stage, w)| w * slopes[stage * width + i].value()).sum();
-        (sum * step / scale).powi(2)
-    });
-    squares.sum::<f64>().sqrt()
-}
-
-/// Size of a sum of the stages' slopes as a part of the slopes that a step arrived with.
-fn of_slopes<S: Number>(
-    stages: &[S],
-    weights: &[(usize, f64)],
-    step: f64,
-    arrived: &[S],
-    scales: &[f64],
-) -> f64 {
-    let square = |own: &S, scale: f64| own.slopes().iter().map(|slope| (slope / scale).powi(2)).sum::<f64>();
-    let (mut lost, mut whole) = (0.0, 0.0);
-    for (i, scale) in scales.iter().enumerate() {
-        let mut sum = S::constant(0.0);
-        for &(stage, weight) in weights {
-            sum.add_scaled(weight * step, &stages[stage * arrived.len() + i]);
-        }
-        lost += square(&sum, *scale);
-        whole += square(&arrived[i], *scale);
-    }
-    (lost / whole).sqrt()
-}
-
-/// Error of a step of order 8 from its differences to those of order 5 and 3 (Hairer, Nørsett and Wanner 1993, II.10).
-fn estimate(fifth: f64, third: f64) -> f64 {
-    if fifth <= 0.0 { 0.0 } else { fifth * fifth / (fifth * fifth + 0.01 * third * third).sqrt() }
 }
 
 /// How many values others depend on: without loads nothing depends on the pose.

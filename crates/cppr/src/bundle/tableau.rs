@@ -3,7 +3,7 @@
 
 #![allow(clippy::unreadable_literal)]
 
-use super::steps::Order;
+use super::order::Order;
 
 /// Weights of stages.
 type Weights = &'static [(usize, f64)];
@@ -14,7 +14,7 @@ pub(super) struct Method {
     pub before: &'static [Weights],
     /// Weights of the step.
     pub step: Weights,
-    /// Of a method of lower order: weights of a difference of the stages, as one of order 8 has it two and one orders below.
+    /// Of a method of lower order: weights of the difference of its stages that stands for [`THIRD`] (order 5) or [`SECOND`] (order 3).
     pub monitor: Weights,
 }
 
