@@ -56,6 +56,8 @@ struct SpanSteps {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Steps {
     spans: Vec<SpanSteps>,
+    /// How many stops every tube has: spans are known by their numbers.
+    stops: Vec<usize>,
     /// May steps be cut whose error is too large?
     pub adapt: bool,
     /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
@@ -78,7 +80,7 @@ impl Steps {
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
-        Self { spans: self.spans.iter().map(halve).collect(), ..Self::default() }
+        Self { spans: self.spans.iter().map(halve).collect(), stops: self.stops.clone(), ..Self::default() }
     }
 
     /// The same with every two steps made one whose errors are far below what is allowed.
@@ -102,7 +104,8 @@ impl Steps {
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
         let spans = self.spans.iter().map(coarsen).collect();
-        Self { spans, coordinates: self.coordinates.clone(), ..Self::default() }
+        let (stops, coordinates) = (self.stops.clone(), self.coordinates.clone());
+        Self { spans, stops, coordinates, ..Self::default() }
     }
 
     /// Moves every state on by a multiple of how far it has come since it was what stands in `before`.
@@ -167,8 +170,13 @@ impl Steps {
         self.spans.truncate(spans);
     }
 
-    /// An integration with so many unknowns begins: no state has been met by it.
-    pub fn begin_again(&mut self, unknowns: usize) {
+    /// An integration with so many unknowns begins: no state has been met by it. Steps of tubes with other stops (another bundle, other point
+    /// loads) tell nothing of this one.
+    pub fn begin_again(&mut self, unknowns: usize, stops: impl Iterator<Item = usize> + Clone) {
+        if !self.stops.iter().copied().eq(stops.clone()) {
+            self.spans.clear();
+            self.stops = stops.collect();
+        }
         self.defect = 0.0;
         self.coordinates = Coordinates::begin(unknowns);
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
