@@ -5,7 +5,7 @@
 
 use crate::common::{prototype, robot, stiff_tube};
 use cppr::Vector3;
-use cppr::analysis::Sensitivity;
+use cppr::analysis::{ACCURACY, Sensitivity};
 use cppr::design::{BelowPlate, Robot};
 use cppr::kinematics::{Resolution, TipPose};
 use cppr::many::Batch;
@@ -27,7 +27,7 @@ pub struct Case {
 }
 
 /// Their names.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 11] = [
     "planar_two_tubes_warm",
     "planar_two_tubes_cold",
     "planar_tapered_pushed_warm",
@@ -37,6 +37,8 @@ pub const NAMES: [&str; 9] = [
     "space_two_tubes_default_cold",
     "three_tubes_warm",
     "three_tubes_cold",
+    "plain_rod_warm",
+    "plain_rod_fewest_modes_warm",
 ];
 
 impl Case {
@@ -48,6 +50,9 @@ impl Case {
         let three = |a: f64| Command::pull(&[a, -3e-4]);
         let paper = Settings::default().with_resolution(PAPER);
         let two = |below| prototype("R1", 1.27, below);
+        if name.starts_with("plain_rod") {
+            return Some(Self::plain_rod(name.contains("fewest")));
+        }
         let (robot, command, at, settings): (_, &dyn Fn(f64) -> Command, _, _) = if name.starts_with("three")
         {
             (three_tubes(), &three, 5e-4, paper)
@@ -67,6 +72,17 @@ impl Case {
             warm: name.ends_with("warm"),
             jacobian: name.contains("jacobian"),
         })
+    }
+
+    /// A uniform rod, which the force on its tip moves by a thousandth of its length to and fro.
+    fn plain_rod(fewest_modes: bool) -> Self {
+        let robot = robot(1.0, vec![stiff_tube(0.0, [1.0, 1.0], 0.8, 0.0, 0.0)]);
+        let force = |y: f64| Loads::tip_force(Vector3::new(-0.5, y, 1.0));
+        let commands = [1.5, 1.503].map(|y| Command::pull(&[]).with_loads(force(y)));
+        let mut solver = Solver::new(&robot);
+        let settings =
+            if fewest_modes { solver.fewest_modes(&commands, ACCURACY).settings } else { *solver.settings() };
+        Self { robot, commands, settings, warm: true, jacobian: false }
     }
 }
 
@@ -103,7 +119,7 @@ impl Runner {
         runner
     }
 
-    /// One solve; returns the tension.
+    /// One solve; returns the tension of the first follower.
     #[inline(never)]
     pub fn once(&mut self) -> f64 {
         let Self { case, solver, rest, equilibrium, sensitivity, turn } = self;
@@ -117,7 +133,7 @@ impl Runner {
         if case.jacobian {
             assert!(solver.sensitivity_into(equilibrium, sensitivity).is_ok());
         }
-        equilibrium.actuators()[0].tension
+        equilibrium.actuators().first().map_or(0.0, |own| own.tension)
     }
 }
 

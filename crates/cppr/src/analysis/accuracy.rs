@@ -47,7 +47,7 @@ pub enum Against {
     HalfTheModes,
 }
 
-/// Settings that resolve some commands, see [`Solver::settings_for`].
+/// Settings that resolve some commands, see [`Solver::settings_for`] and [`Solver::fewest_modes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingsFound {
     /// With as many modes as the most demanding command needs.
@@ -62,6 +62,8 @@ pub struct SettingsFound {
 pub const ACCURACY: f64 = 1e-4;
 /// Factors on the resolution that are tried where that of the settings does not suffice.
 const FACTORS: [usize; 2] = [2, 4];
+/// Eighths of the resolution of the settings that are tried where fewer modes are looked for.
+const PARTS: [usize; 3] = [3, 4, 6];
 
 impl Solver {
     /// Discretisation error of a stable or unstable equilibrium. `None` where there is none to compare with: the printed formulation,
@@ -171,7 +173,46 @@ impl Solver {
         found
     }
 
-    /// The same with some factors on the modes of an equilibrium.
+    /// Settings with as few modes as all of some commands bear, for a loop that moves between them: every one, solved from rest, has its tip within
+    /// `accuracy` times the length, by its error and by the solver's own settings, and is as stable as with these, which the integration confirms.
+    /// Forces and derivatives become coarser with the tip. Where fewer modes do not suffice, or no error is known, this is what [`Self::settings_for`] finds.
+    #[must_use]
+    pub fn fewest_modes(&mut self, commands: &[Command], accuracy: f64) -> SettingsFound {
+        let needed = self.settings_for(commands, accuracy);
+        let usual = self.settings;
+        if needed.settings != usual || needed.known == 0 {
+            return needed;
+        }
+        let solved: Vec<Equilibrium> = commands.iter().filter_map(|own| self.solve(own).ok()).collect();
+        for eighths in PARTS {
+            self.settings.resolution = usual.resolution.eighths(eighths);
+            let found = self.greatest_error(&solved, accuracy * self.robot.length());
+            let settings = std::mem::replace(&mut self.settings, usual);
+            if let Some((error, known)) = found {
+                return SettingsFound { settings, error: Some(error), known };
+            }
+        }
+        needed
+    }
+
+    /// Greatest error (m) of the tips of some equilibria solved again, and of how many it is known. `None` where one is lost, is off by more
+    /// than `bound` (m), or where the stability of one is another than before or than that of what is integrated.
+    fn greatest_error(&mut self, solved: &[Equilibrium], bound: f64) -> Option<(f64, usize)> {
+        let (mut greatest, mut known) = (0.0_f64, 0);
+        for usual in solved.iter().filter(|own| own.status().is_equilibrium()) {
+            let own = self.solve(usual.command()).ok().filter(|own| own.status() == usual.status())?;
+            let error = self.accuracy(&own)?;
+            let away = (own.tip().centre - usual.tip().centre).norm();
+            if error.stable != Some(own.status() == Status::Converged) || error.tip.max(away) > bound {
+                return None;
+            }
+            greatest = greatest.max(error.tip);
+            known += 1;
+        }
+        Some((greatest, known))
+    }
+
+    /// [`Self::resolve`] with some factors on the modes.
     fn resolve_with(
         &mut self,
         found: Equilibrium,

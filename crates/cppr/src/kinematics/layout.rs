@@ -85,6 +85,19 @@ impl Resolution {
         }
     }
 
+    /// Modes and nodes in eighths of these, rounded up: for loops that need no more.
+    pub(crate) fn eighths(self, eighths: usize) -> Self {
+        let part = |count: usize| (count * eighths).div_ceil(8);
+        Self {
+            twist: part(self.twist),
+            bending_y: part(self.bending_y),
+            bending_z: part(self.bending_z),
+            angle: part(self.angle),
+            stretch: part(self.stretch),
+            nodes: part(self.nodes),
+        }
+    }
+
     /// The resolution of an element that takes only a small part of the length.
     fn short(self) -> Self {
         let few = |modes: usize| modes.div_ceil(2);
