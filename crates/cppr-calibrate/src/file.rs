@@ -35,10 +35,15 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
             (ParameterKind::ToothFactor, None) => each_tube(&mut document, |tube| teeth(tube, number))?,
             (ParameterKind::ToothFactor, Some(k)) => teeth(own_tube(&mut document, k)?, number)?,
             (ParameterKind::OnsetStrain, tube) => {
-                soften(&mut document, tube, "onset_strain_percent", number)?;
+                soften(
+                    &mut document,
+                    tube,
+                    ["onset_strain_percent", "unloading_onset_strain_percent"],
+                    number,
+                )?;
             }
             (ParameterKind::SecondModulus, tube) => {
-                soften(&mut document, tube, "second_modulus_GPa", number)?;
+                soften(&mut document, tube, ["second_modulus_GPa"], number)?;
             }
             (ParameterKind::RestCurvatureFactor, None) => {
                 each_tube(&mut document, |tube| curve(tube, number))?;
@@ -80,22 +85,26 @@ fn material(table: &mut Table, kind: ParameterKind, number: f64) {
     }
 }
 
-/// Sets a key of softening metal; that of compression, where there is one, keeps its ratio.
-fn soften(
+/// Sets the first of some keys of softening metal; the others and those of compression, where they are, keep their ratio to it.
+fn soften<const N: usize>(
     document: &mut DocumentMut,
     tube: Option<usize>,
-    key: &str,
+    keys: [&str; N],
     number: f64,
 ) -> Result<(), FileProblem> {
-    let keys = [key.to_owned(), format!("compression_{key}")];
-    let read = |table: &Table| keys.each_ref().map(|key| table.get(key).and_then(as_number));
-    let common = document.get("material").and_then(Item::as_table).map(read).unwrap_or_default();
+    let keys: Vec<String> =
+        keys.iter().flat_map(|key| [(*key).to_owned(), format!("compression_{key}")]).collect();
+    let read = |table: &Table| -> Vec<Option<f64>> {
+        keys.iter().map(|key| table.get(key).and_then(as_number)).collect()
+    };
+    let common = document.get("material").and_then(Item::as_table).map(read);
     // `all` writes what the table has not said before as well.
     let change = |table: &mut Table, all: bool| {
         let own = read(table);
-        let [Some(tension), compression] = [own[0].or(common[0]), own[1].or(common[1])] else { return };
-        for (key, (own, value)) in keys.iter().zip(own.into_iter().zip([Some(tension), compression])) {
-            if let Some(value) = value.filter(|_| all || own.is_some()) {
+        let known = |i: usize| own[i].or(common.as_ref().and_then(|common| common[i]));
+        let Some(tension) = known(0) else { return };
+        for (i, key) in keys.iter().enumerate() {
+            if let Some(value) = known(i).filter(|_| all || own[i].is_some()) {
                 put(table, key, value / tension * number);
             }
         }

@@ -399,7 +399,11 @@ impl Parameter {
                     }
                     (ParameterKind::OnsetStrain, TubeDesign::Notched(t)) => {
                         if let Some(own) = &mut t.material.softening {
-                            own.compression.onset *= value / own.tension.onset;
+                            let factor = value / own.tension.onset;
+                            for branch in [&mut own.tension, &mut own.compression] {
+                                branch.onset *= factor;
+                                branch.unloading_onset = branch.unloading_onset.map(|own| own * factor);
+                            }
                             own.tension.onset = value;
                         }
                     }

@@ -128,8 +128,9 @@ fn metal_that_softens() {
         let got = Parameter::parse(name).unwrap().present(&[described(&file)]);
         assert!((got / want - 1.0).abs() < 2e-4, "{name}: {got}");
     }
-    // Compression keeps its ratio, in the design as in the file.
-    let other = wrist().replace("[material]", "[material]\ncompression_onset_strain_percent = 1.2");
+    // Compression and unloading keep their ratios, in the design as in the file.
+    let more = "[material]\nunloading_onset_strain_percent = 0.3\ncompression_onset_strain_percent = 1.2";
+    let other = wrist().replace("[material]", more);
     let file = fitted_file(&other, &fit.estimates).unwrap();
     let changed = truly(&other, &[("onset_strain", fit.estimates[1].value)]);
     let onsets = |design: &Design| {
@@ -138,10 +139,11 @@ fn metal_that_softens() {
             panic!("no notches")
         };
         let own = tube.material.softening.unwrap();
-        [own.tension.onset, own.compression.onset]
+        [own.tension.onset, own.compression.onset, own.tension.unloading_onset.unwrap()]
     };
     for design in [changed, described(&file)] {
-        let [tension, compression] = onsets(&design);
+        let [tension, compression, unloading] = onsets(&design);
+        assert!((unloading / tension - 0.375).abs() < 1e-6);
         assert!((compression / tension - 1.5).abs() < 1e-6 && (tension / 0.7e-2 - 1.0).abs() < 1e-3);
     }
 }

@@ -1,10 +1,11 @@
 //! `cppr solve` for bundles: robots with parts, joints, shafts, free tips and curved tubes.
 
 use crate::Failure;
-use crate::bundle_figure;
+use crate::bundle_figure::{self, Named};
 use crate::clearance::Gapped;
 use crate::command::{CommandArgs, thread_has_direction, unsound};
 use crate::exceeded::Exceeded;
+use crate::hysteresis::Unloading;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::rubbing::Touch;
@@ -52,8 +53,15 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
     } else {
         Touch::default()
     };
+    let unloading = (args.hysteresis && found.converged)
+        .then(|| Unloading::of(design, &command, stretch, &args.robot))
+        .transpose()?;
     if let Some(path) = outputs.json {
-        write_or_print(path, &format!("{:#}\n", record(design, &found, exceeded.as_ref(), &touch, &shape)))?;
+        let mut whole = record(design, &found, exceeded.as_ref(), &touch, &shape);
+        if let (Value::Object(whole), Some(unloading)) = (&mut whole, &unloading) {
+            whole.insert("unloading".to_owned(), unloading.json());
+        }
+        write_or_print(path, &format!("{whole:#}\n"))?;
     }
     if !found.converged || shape.is_empty() {
         return Err(no_equilibrium(&design.name, &found));
@@ -63,11 +71,13 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         write_or_print(path, &csv(design, &shape, &touch))?;
     }
     outputs.draw(|| {
-        let mut figure = marked(&mut analysis, &found, None)?;
+        let beside = unloading.as_ref().map(|own| ("unloading", own.shape(found.length / SMOOTH)));
+        let mut figure = figure(&mut analysis, &found, None, beside)?;
         figure.panels.extend(touch.panels());
         Ok(figure)
     })?;
-    outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), &touch, time))
+    let aside = [touch.lines(), unloading.as_ref().map_or(Vec::new(), Unloading::lines)].concat();
+    outputs.report(&table(design, &bundle, &found, exceeded.as_ref(), aside, time))
 }
 
 /// A bundle, and what is asked of it.
@@ -84,7 +94,7 @@ impl Ready {
     }
 
     /// The same for a command, and whether tubes may stretch.
-    fn with(
+    pub fn with(
         (command, stretch): (BundleCommand, bool),
         robot: &Path,
         design: &BundleDesign,
@@ -104,7 +114,17 @@ impl Ready {
 pub fn marked(
     analysis: &mut BundleAnalysis,
     found: &BundleEquilibrium,
-    marks: Option<(&str, Vec<[f64; 3]>)>,
+    marks: Named<[f64; 3]>,
+) -> Result<Figure, Failure> {
+    figure(analysis, found, marks, None)
+}
+
+/// The same with the shape of another pose.
+fn figure(
+    analysis: &mut BundleAnalysis,
+    found: &BundleEquilibrium,
+    marks: Named<[f64; 3]>,
+    beside: Named<BundleSection>,
 ) -> Result<Figure, Failure> {
     let design = analysis.design();
     let solver = &mut analysis.solver;
@@ -112,7 +132,7 @@ pub fn marked(
     let pose = solver.shape(found, spacing);
     let rest = solver.rest().cloned();
     let rest = rest.map_or(Vec::new(), |rest| solver.shape(&rest, spacing));
-    bundle_figure::draw(design, found, found.command(), &pose, &rest, marks)
+    bundle_figure::draw(design, found, found.command(), &pose, &rest, (marks, beside))
 }
 
 /// That a solve found nothing.
@@ -168,7 +188,7 @@ fn table(
     bundle: &Bundle,
     found: &BundleEquilibrium,
     exceeded: Option<&Exceeded>,
-    touch: &Touch,
+    aside: Vec<(String, String)>,
     time: Duration,
 ) -> String {
     let mut text = String::new();
@@ -197,7 +217,7 @@ fn table(
             line("", format!("motor  {pull:>9} mm, {turn:>9} deg, behind the shaft"));
         }
     }
-    for (name, value) in touch.lines() {
+    for (name, value) in aside {
         line(&name, value);
     }
     let [tip, force] = found.error;

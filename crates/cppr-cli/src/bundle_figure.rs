@@ -11,24 +11,33 @@ use cppr_plot::{Figure, Force, Line, Marks, Part, Pose, ShapeInput, shape_figure
 /// Part of the extent below which a coordinate is rounding of the integration.
 const FLAT: f64 = 1e-8;
 
-/// A pose with its forces and joints, over the robot at rest.
+/// Some of what is drawn, and what it is called.
+pub type Named<'a, T> = Option<(&'a str, Vec<T>)>;
+
+/// A pose with its forces and joints, over the robot at rest; where they are, with marks and the shape of another pose.
 pub fn draw(
     design: &BundleDesign,
     found: &BundleEquilibrium,
     command: &BundleCommand,
     pose: &[BundleSection],
     rest: &[BundleSection],
-    marks: Option<(&str, Vec<[f64; 3]>)>,
+    (marks, beside): (Named<[f64; 3]>, Named<BundleSection>),
 ) -> Result<Figure, Failure> {
     let joints = Marks { name: "joint".into(), points: joints(design, pose) };
     let others = marks.map(|(name, points)| Marks { name: name.into(), points });
+    let own = Pose {
+        label: if beside.is_some() { "loading".into() } else { String::new() },
+        lines: lines(design, pose),
+        forces: forces(found, command, pose),
+    };
+    let beside = beside.map(|(label, shape)| Pose {
+        label: label.into(),
+        lines: lines(design, &shape),
+        forces: Vec::new(),
+    });
     let input = ShapeInput {
         title: title(design, command),
-        poses: vec![Pose {
-            label: String::new(),
-            lines: lines(design, pose),
-            forces: forces(found, command, pose),
-        }],
+        poses: std::iter::once(own).chain(beside).collect(),
         rest: lines(design, rest),
         marks: std::iter::once(joints).chain(others).filter(|marks| !marks.points.is_empty()).collect(),
         ..ShapeInput::default()

@@ -23,6 +23,7 @@ mod exceeded;
 mod export;
 mod figure;
 mod free;
+mod hysteresis;
 mod limits;
 mod new;
 mod output;

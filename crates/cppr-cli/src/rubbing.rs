@@ -4,7 +4,7 @@ use crate::Failure;
 use crate::clearance::Gapped;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
-use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
+use cppr::bundle::solve::{BundleEquilibrium, BundleSolver, TubeEffort};
 use cppr::bundle::{Contact, Friction, Rubbed};
 use cppr_io::contact_record;
 use cppr_plot::{Axis, Panel, Series, tube_stroke};
@@ -51,6 +51,15 @@ pub fn guide(text: &str) -> Result<f64, String> {
         length if length > 0.0 => Ok(length),
         _ => Err(format!("the guide is {text} long; it needs a length above 0")),
     }
+}
+
+/// Lines of a table for the motors of all tubes but the first.
+pub fn motors(efforts: &[TubeEffort]) -> impl Iterator<Item = (String, String)> {
+    efforts.iter().enumerate().skip(1).map(|(i, own)| {
+        let (pull, force) = (plain(own.label * 1e3, 3), plain(own.force, 4));
+        let torque = plain(own.torque * 1e3, 4);
+        (String::new(), format!("tube {} pulled {pull:>9} mm with {force:>9} N, {torque:>9} N mm", i + 1))
+    })
 }
 
 /// What tubes do to each other in a pose.
@@ -120,14 +129,7 @@ impl Touch {
                 .map(|c| format!("{:>10}", plain(c, 3)))
                 .join(" ");
             lines.push((format!("friction {}", friction.coefficient), format!("{tip} mm, {way}")));
-            for (i, own) in side.efforts.iter().enumerate().skip(1) {
-                let (pull, force) = (plain(own.label * 1e3, 3), plain(own.force, 4));
-                let torque = plain(own.torque * 1e3, 4);
-                lines.push((
-                    String::new(),
-                    format!("tube {} pulled {pull:>9} mm with {force:>9} N, {torque:>9} N mm", i + 1),
-                ));
-            }
+            lines.extend(motors(&side.efforts));
         }
         lines
     }

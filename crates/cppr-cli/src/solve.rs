@@ -6,6 +6,7 @@ use crate::clearance::{Gap, Gapped, gap};
 use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
+use crate::hysteresis;
 use crate::output::write_or_print;
 use crate::outputs::Outputs;
 use crate::resolved::AccuracyArgs;
@@ -41,6 +42,7 @@ Examples:
   cppr solve robots/r1.toml --pull 6mm --clearance radii --plot gaps.svg
   cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
   cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
+  cppr solve robots/wrists/superelastic.toml --tension 2=1N --hysteresis --plot hysteresis.svg
 
 Values carry units: mm, cm, m, um; deg, rad; N, mN, kN; Nmm, Nm, mNm; N/m; m/s2, g. Base frame: the robot
 at rest lies along +X, tube 1's centroid towards +Y. The bend angle is that between the tip and +X;
@@ -62,6 +64,9 @@ pub struct Args {
     pub accuracy: AccuracyArgs,
     #[command(flatten)]
     pub friction: FrictionArgs,
+    /// Give the answer for superelastic metal that unloads too: between the two its hysteresis leaves the robot
+    #[arg(long)]
+    pub hysteresis: bool,
     /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
     #[arg(long)]
     pub contact: bool,
@@ -91,6 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => args.command.rest.needs_modes(),
     };
     let file = match args.accuracy.described(&args.robot, keeps_modes, None)? {
+        Described::Robot(_) if args.hysteresis => return Err(hysteresis::without()),
         Described::Robot(file) => file,
         Described::Bundle(design) => return bundle::run(args, &outputs, &design),
     };

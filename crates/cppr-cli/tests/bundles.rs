@@ -29,6 +29,21 @@ fn every_motor_is_driven_and_the_result_is_written() {
     assert!((torque["actuators"][0]["torque_Nm"].as_f64().unwrap() - 3e-3).abs() < 1e-12);
 }
 
+/// The same force bends metal that unloads further, and the same pull takes less force; where no metal unloads otherwise that is said.
+#[test]
+fn superelastic_metal_has_two_answers() {
+    let solve = ["solve", "robots/wrists/superelastic.toml", "--hysteresis", "--samples", "2", "--json", "-"];
+    let number = |v: &serde_json::Value, key: &str| v["actuators"][1][key].as_f64().unwrap();
+    let forced = json(&[&solve[..], &["--tension", "2=1N"]].concat());
+    let pulled = json(&[&solve[..], &["--pull", "2=1mm"]].concat());
+    assert!(number(&forced["unloading"], "pull_m") > 1.5 * number(&forced, "pull_m"), "{forced}");
+    assert!(number(&pulled["unloading"], "tension_N") < 0.6 * number(&pulled, "tension_N"), "{pulled}");
+    assert!((number(&pulled["unloading"], "pull_m") - 1e-3).abs() < 1e-12);
+    for robot in ["robots/r1.toml", "robots/wrists/wrist90.toml"] {
+        refused(&["solve", robot, "--hysteresis"], "write unloading_onset_strain_percent");
+    }
+}
+
 #[test]
 fn a_figure_shows_joints_and_tubes() {
     let folder = tempfile::tempdir().unwrap();

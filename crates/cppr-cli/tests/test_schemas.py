@@ -86,6 +86,7 @@ BUNDLES = {
         "solve robots/bundles/s_shape.toml --pull 2=60mm",
         "solve robots/bundles/uncut_ends.toml --rotate 6000deg --samples 3",
         "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --samples 3",
+        "solve robots/wrists/superelastic.toml --tension 2=0.5N --hysteresis --samples 2",
         "solve robots/bundles/s_shape.toml --pull 5mm --clearance 0.1mm --samples 3",
     ],
     "bundle-continue": [

@@ -7,7 +7,7 @@
 //! | the file | `length_mm` is that of tubes that say none |
 //! | `[[tube]]` | `length_mm`, `rest_curvature_1_m` (0), `rest_direction_deg` (0), unless it has parts |
 //! | `[[tube.part]]`, from base to tip | `length_mm`, `notches` or `stiffness` as a tube's (neither: uncut), `rest_curvature_1_m` (0), `rest_direction_deg` (0: towards +Y) |
-//! | `[material]` | `onset_strain_percent`, `second_modulus_GPa`, and under compression, where it differs, `compression_onset_strain_percent`, `compression_second_modulus_GPa` |
+//! | `[material]` | `onset_strain_percent`, `second_modulus_GPa`, `unloading_onset_strain_percent` where it unloads below, and under compression, where it differs, the same with `compression_` before them |
 //! | `[tube.notches]` | `contact` (false): teeth that meet carry load |
 //! | `[tube.shaft]` | `length_mm` of an uncut tube between motor and plate, or `axial_N_mm` and `torsional_Nmm_deg` |
 //! | `[[joint]]` | `tubes`, numbers from 1; `at_mm`, a label on each (their tips) |

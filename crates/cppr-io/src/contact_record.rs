@@ -1,6 +1,6 @@
 //! Contact force and friction as JSON and as columns: SI units, the unit in every key.
 
-use cppr::bundle::solve::TubeEffort;
+use cppr::bundle::solve::{BundleEquilibrium, TubeEffort};
 use cppr::bundle::{Contact, Friction, PairContact, Rubbed};
 use serde_json::{Value, json};
 
@@ -42,16 +42,20 @@ pub fn actuators(efforts: &[TubeEffort]) -> Value {
     each.collect()
 }
 
+/// Tip and motors of an equilibrium at one end of what may be.
+#[must_use]
+pub fn bound(found: &BundleEquilibrium, efforts: &[TubeEffort]) -> Value {
+    json!({
+        "tip_position_m": <[f64; 3]>::from(found.tip),
+        "tip_direction": <[f64; 3]>::from(found.frame.column(0).into_owned()),
+        "actuators": actuators(efforts),
+    })
+}
+
 /// The equilibria between which friction leaves a pose.
 #[must_use]
 pub fn bounds(friction: &Friction, [loading, unloading]: &[Rubbed; 2]) -> Value {
-    let side = |own: &Rubbed| {
-        json!({
-            "tip_position_m": <[f64; 3]>::from(own.equilibrium.tip),
-            "tip_direction": <[f64; 3]>::from(own.equilibrium.frame.column(0).into_owned()),
-            "actuators": actuators(&own.efforts),
-        })
-    };
+    let side = |own: &Rubbed| bound(&own.equilibrium, &own.efforts);
     json!({
         "coefficient": friction.coefficient, "guide_m": friction.guide,
         "loading": side(loading), "unloading": side(unloading),

@@ -52,7 +52,8 @@ const MEANING: [(&[&str], &str, &str); 15] = [
         &["plateau*", "upper_plateau*", "lower_plateau*", "transformation*", "yield*", "onset*"],
         "allowable_strain_percent",
         "A robot of one pattern is linear. Write the modulus below the plateau or yield as youngs_modulus_GPa, and the strain \
-         up to which it holds (stress over modulus) as allowable_strain_percent. A bundle softens, at onset_strain_percent to second_modulus_GPa.",
+         up to which it holds (stress over modulus) as allowable_strain_percent. A bundle softens, at onset_strain_percent to second_modulus_GPa, and unloads from \
+         unloading_onset_strain_percent down.",
     ),
     (
         &["max_strain", "strain_limit", "strain", "recoverable_strain", "elongation*"],

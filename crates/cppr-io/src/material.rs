@@ -6,7 +6,7 @@ use crate::quantity::{DENSITY, MODULUS, ONSET, POISSON, STRAIN, print};
 use cppr::design::{Branch, Material, Softening};
 use std::ops::Range;
 
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 11] = [
     "youngs_modulus_GPa",
     "poissons_ratio",
     "shear_modulus_GPa",
@@ -16,9 +16,11 @@ const KEYS: [&str; 9] = [
     "second_modulus_GPa",
     "compression_onset_strain_percent",
     "compression_second_modulus_GPa",
+    "unloading_onset_strain_percent",
+    "compression_unloading_onset_strain_percent",
 ];
 /// Keys of a material that softens; the mechanics of bundles takes them.
-pub(crate) const SOFTENING: [&str; 4] = [KEYS[5], KEYS[6], KEYS[7], KEYS[8]];
+pub(crate) const SOFTENING: [&str; 6] = [KEYS[5], KEYS[6], KEYS[7], KEYS[8], KEYS[9], KEYS[10]];
 
 /// What one table says.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,8 +30,8 @@ pub(crate) struct Written {
     shear_modulus: Field,
     density: Field,
     allowable_strain: Field,
-    /// Onset and second modulus, under tension and under compression.
-    softening: [Field; 4],
+    /// Onset and second modulus, under tension and under compression, and the onsets of unloading.
+    softening: [Field; 6],
 }
 
 impl Written {
@@ -49,6 +51,8 @@ impl Written {
                 cursor.field(SOFTENING[1], &MODULUS, out),
                 cursor.field(SOFTENING[2], &ONSET, out),
                 cursor.field(SOFTENING[3], &MODULUS, out),
+                cursor.field(SOFTENING[4], &ONSET, out),
+                cursor.field(SOFTENING[5], &ONSET, out),
             ],
         };
         if let (Some(ratio), Some(entry)) = (written.poissons_ratio.value, cursor.get("poissons_ratio"))
@@ -115,7 +119,8 @@ impl Common {
         })
     }
 
-    /// How a tube's material softens, `Some(None)` where it does not. Compression is as tension where it is not said.
+    /// How a tube's material softens, `Some(None)` where it does not. Compression is as tension where it is not said; it unloads from the same part of its onset
+    /// on.
     #[allow(clippy::option_option)] // The outer one is a problem.
     fn softening(
         &mut self,
@@ -123,20 +128,42 @@ impl Common {
         youngs_modulus: f64,
         out: &mut Collector,
     ) -> Option<Option<Softening>> {
-        let [onset, modulus, other_onset, other_modulus]: [Field; 4] = std::array::from_fn(|i| {
+        let all: [Field; 6] = std::array::from_fn(|i| {
             if own.softening[i].present { own.softening[i] } else { self.written.softening[i] }
         });
-        if ![onset, modulus, other_onset, other_modulus].iter().any(|field| field.present) {
+        if !all.iter().any(|field| field.present) {
             return Some(None);
         }
+        let [onset, modulus, other_onset, other_modulus, unloading, other_unloading] = all;
         self.need(onset.present, SOFTENING[0], "Write onset_strain_percent = 1.5.", out);
         self.need(modulus.present, SOFTENING[1], "Write second_modulus_GPa = 3.2.", out);
-        let tension = Branch { onset: onset.value?, modulus: modulus.value? };
-        let as_tension = |field: Field, tension: f64| if field.present { field.value } else { Some(tension) };
-        let compression = Branch {
-            onset: as_tension(other_onset, tension.onset)?,
-            modulus: as_tension(other_modulus, tension.modulus)?,
+        // Outer `None`: its value is a problem.
+        let of_unloading = |field: Field| if field.present { field.value.map(Some) } else { Some(None) };
+        let tension = Branch {
+            onset: onset.value?,
+            modulus: modulus.value?,
+            unloading_onset: of_unloading(unloading)?,
         };
+        let as_tension = |field: Field, tension: f64| if field.present { field.value } else { Some(tension) };
+        let onset = as_tension(other_onset, tension.onset)?;
+        let like_tension = tension.unloading_onset.map(|strain| strain * (onset / tension.onset));
+        let compression = Branch {
+            onset,
+            modulus: as_tension(other_modulus, tension.modulus)?,
+            unloading_onset: of_unloading(other_unloading)?.or(like_tension),
+        };
+        for (branch, key) in [(tension, SOFTENING[4]), (compression, SOFTENING[5])] {
+            if let Some(strain) = branch.unloading_onset.filter(|strain| *strain > branch.onset) {
+                let [strain, onset] = [strain, branch.onset].map(|own| print(own * 1e2));
+                let message = format!(
+                    "a metal unloads below the stress at which it softens, and {strain} % is above its onset of {onset} %"
+                );
+                let key = format!("material.{key}");
+                let help = "Write the stress at which the lower plateau ends, over Young's modulus.";
+                out.wrong(self.span.clone(), key, message, help);
+                return None;
+            }
+        }
         for (branch, key) in [(tension, SOFTENING[1]), (compression, SOFTENING[3])] {
             if branch.modulus > youngs_modulus {
                 let message = format!(

@@ -79,9 +79,14 @@ fn material_table(header: &str, material: &Material) -> String {
         let _ = writeln!(text, "allowable_strain_percent = {}", number(strain, quantity::PERCENT, 1.0));
     }
     if let Some(Softening { tension, compression }) = softening {
-        for (side, Branch { onset, modulus }) in [("", tension), ("compression_", compression)] {
+        for (side, branch) in [("", tension), ("compression_", compression)] {
+            let Branch { onset, modulus, unloading_onset } = branch;
             let _ = writeln!(text, "{side}onset_strain_percent = {}", number(onset, quantity::PERCENT, 1.0));
             let _ = writeln!(text, "{side}second_modulus_GPa = {}", number(modulus, quantity::GPA, 1.0));
+            if let Some(strain) = unloading_onset {
+                let strain = number(strain, quantity::PERCENT, 1.0);
+                let _ = writeln!(text, "{side}unloading_onset_strain_percent = {strain}");
+            }
         }
     }
     text

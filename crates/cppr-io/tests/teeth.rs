@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use cppr::Vector3;
-use cppr::bundle::Bundle;
 use cppr::bundle::solve::{BundleCommand, BundleSolver};
-use cppr::design::{FieldValues, Outline, Robot};
+use cppr::bundle::{Bundle, BundleDesign};
+use cppr::design::{FieldValues, Outline, Robot, TubeDesign};
 use cppr::statics::{Loads, Wrench};
 use cppr_io::{bundle_file, robot_file, robot_text};
 
@@ -136,8 +136,11 @@ const ROD: &str = "name = \"rod\"\nlength_mm = 50.0\n\n[material]\nyoungs_modulu
 
 /// The angle (rad) by which the tip of a bundle turns about Z under a moment (N m) there.
 fn turned(text: &str, moment: f64) -> f64 {
-    let design = bundle_file::parse(text).unwrap_or_else(|problems| panic!("{problems}"));
-    let bundle = Bundle::new(&design).unwrap();
+    turn(&bundle_file::parse(text).unwrap_or_else(|problems| panic!("{problems}")), moment)
+}
+
+fn turn(design: &BundleDesign, moment: f64) -> f64 {
+    let bundle = Bundle::new(design).unwrap();
     let mut solver = BundleSolver::new(&bundle);
     let wrenches = vec![Wrench::tip_moment(Vector3::new(0.0, 0.0, moment))];
     let loads = Loads { wrenches, ..Loads::none() };
@@ -146,21 +149,87 @@ fn turned(text: &str, moment: f64) -> f64 {
     found.frame[(1, 0)].atan2(found.frame[(0, 0)])
 }
 
-/// Bent to the curvature κ, a round rod bears E_2 I κ and (E − E_2) times what an ideally plastic one would.
-#[test]
-fn a_rod_that_softens_bends_as_plasticity_says() {
-    let (radius, onset, curvature) = (1e-3_f64, 0.01, 50.0);
-    let elastic = onset / curvature;
+/// The moment (N m) of the rod bent to a curvature (1/m): E_2 I κ and (E − E_2) times what an ideally plastic one would bear.
+fn moment(onset: f64, curvature: f64) -> f64 {
+    let radius = 1e-3_f64;
+    let elastic = (onset / curvature).min(radius);
     let root = (radius * radius - elastic * elastic).sqrt();
     let core = radius.powi(4) / 8.0 * (elastic / radius).asin()
         - elastic / 8.0 * (radius * radius - 2.0 * elastic * elastic) * root;
     let plastic = 4.0 * (curvature * core + onset * root.powi(3) / 3.0);
-    let inertia = std::f64::consts::PI / 4.0 * radius.powi(4);
-    let moment = 4e9 * inertia * curvature + 36e9 * plastic;
-    assert!(moment < 0.6 * 40e9 * inertia * curvature, "it hardly softens");
+    4e9 * inertia() * curvature + 36e9 * plastic
+}
+
+/// Second moment of area of the rod (m⁴).
+fn inertia() -> f64 {
+    std::f64::consts::PI / 4.0 * 1e-3_f64.powi(4)
+}
+
+#[test]
+fn a_rod_that_softens_bends_as_plasticity_says() {
+    let curvature = 50.0;
+    let moment = moment(0.01, curvature);
+    assert!(moment < 0.6 * 40e9 * inertia() * curvature, "it hardly softens");
     let found = turned(ROD, moment);
     assert!((found / (curvature * 0.05) - 1.0).abs() < 2e-3, "{found}");
-    assert!((turned(ROD, 0.3 * onset * 40e9 * inertia / radius) - 0.3 * onset / radius * 0.05).abs() < 1e-9);
+    assert!((turned(ROD, 40e9 * inertia() * 3.0) - 3.0 * 0.05).abs() < 1e-9);
+}
+
+/// Metal that unloads below where it loads: both moments are those of plasticity, and the area between their curves up to a curvature is what all fibres lose
+/// between theirs, ½ (E − E_2) ∫ (|ε| − ε_u)₊² − (|ε| − ε_on)₊² dA.
+#[test]
+fn between_loading_and_unloading_lies_the_energy_of_the_fibres() {
+    let (onsets, curvature, radius) = ([0.01, 0.004], 50.0, 1e-3);
+    let text = ROD.replace("second_modulus", "unloading_onset_strain_percent = 0.4\nsecond_modulus");
+    let design = bundle_file::parse(&text).unwrap();
+    let lower = design.unloading().unwrap();
+    assert_eq!(turned(&text, 0.01).to_bits(), turned(ROD, 0.01).to_bits(), "loading has changed");
+    // ∫ M dκ = M κ − ∫ κ dM, by Simpson's rule.
+    let steps = 40;
+    let energies = [&design, &lower].into_iter().zip(onsets).map(|(design, onset)| {
+        let most = moment(onset, curvature);
+        let reached = turn(design, most) / 0.05;
+        assert!((reached / curvature - 1.0).abs() < 2e-3, "{onset}: {reached}");
+        let weight = |i: i32| if i == steps { 1.0 } else { f64::from(2 + i % 2 * 2) } / f64::from(3 * steps);
+        let at = |i: i32| most * f64::from(i) / f64::from(steps);
+        most * reached - (1..=steps).map(|i| weight(i) * most * turn(design, at(i)) / 0.05).sum::<f64>()
+    });
+    let energies: Vec<f64> = energies.collect();
+    let fibres = 100_000;
+    let beyond = |onset: f64| -> f64 {
+        let width = radius / f64::from(fibres);
+        let at = (0..fibres).map(|i| (f64::from(i) + 0.5) * width);
+        let squares = at.map(|y| (curvature * y - onset).max(0.0).powi(2) * (radius * radius - y * y).sqrt());
+        4.0 * width * squares.sum::<f64>()
+    };
+    let lost = 0.5 * 36e9 * (beyond(onsets[1]) - beyond(onsets[0]));
+    assert!(lost > 0.3 * energies[0], "it hardly loses anything");
+    assert!(((energies[0] - energies[1]) / lost - 1.0).abs() < 5e-3, "{energies:?} {lost}");
+}
+
+/// Compression unloads from the same part of its onset on, and what no metal does is refused.
+#[test]
+fn unloading_is_read() {
+    let more = "compression_onset_strain_percent = 1.5\nunloading_onset_strain_percent = 0.4\nsecond_modulus";
+    let text = ROD.replace("second_modulus", more);
+    let design = bundle_file::parse(&text).unwrap();
+    let TubeDesign::Notched(tube) = &design.tubes[0].parts[0].body else { panic!("it has a geometry") };
+    let softening = tube.material.softening.unwrap();
+    assert!((softening.compression.unloading_onset.unwrap() - 0.006).abs() < 1e-12);
+    assert!(bundle_file::parse(ROD).unwrap().unloading().is_none());
+    for (more, said) in [
+        ("unloading_onset_strain_percent = 1.1\nsecond_modulus", "above its onset of 1.0 %"),
+        ("compression_unloading_onset_strain_percent = 1.2\nsecond_modulus", "above its onset of 1.0 %"),
+    ] {
+        let problems = bundle_file::parse(&ROD.replace("second_modulus", more)).unwrap_err();
+        assert!(problems.to_string().contains(said), "{problems}");
+    }
+    let alone = ROD.replace(
+        "onset_strain_percent = 1.0\nsecond_modulus_GPa = 4.0",
+        "unloading_onset_strain_percent = 0.4",
+    );
+    let problems = bundle_file::parse(&alone).unwrap_err().to_string();
+    assert!(problems.contains("material.onset_strain_percent"), "{problems}");
 }
 
 /// Teeth that meet stop a wrist near the angle at which they touch, ℓ/(ρ̄ + D) a notch.

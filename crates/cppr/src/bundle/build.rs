@@ -117,6 +117,23 @@ impl BundleDesign {
         self.tubes.windows(2).map(least).collect()
     }
 
+    /// The same robot with all of its metal on the curve along which it unloads (see [`Softening::unloading`](crate::design::Softening::unloading)); `None`
+    /// where that of every part is the curve of loading. Between the equilibria of both lies the hysteresis of the metal.
+    #[must_use]
+    pub fn unloading(&self) -> Option<Self> {
+        let mut lower = self.clone();
+        let mut unloads = false;
+        for part in lower.tubes.iter_mut().flat_map(|tube| &mut tube.parts) {
+            if let TubeDesign::Notched(tube) = &mut part.body
+                && let Some(unloading) = tube.material.softening.and_then(|own| own.unloading())
+            {
+                tube.material.softening = Some(unloading);
+                unloads = true;
+            }
+        }
+        unloads.then_some(lower)
+    }
+
     fn bodies(&self) -> impl Iterator<Item = &TubeDesign> {
         self.tubes.iter().flat_map(|tube| &tube.parts).map(|part| &part.body)
     }

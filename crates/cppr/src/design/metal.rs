@@ -1,6 +1,7 @@
 //! Metal with a second slope, and teeth that meet: the potential of a section by fibres, along rings in closed form.
 //!
-//! A fibre bears σ = E ε up to an onset strain and rises by a second modulus beyond it, in tension and in compression each by its own.
+//! A fibre bears σ = E ε up to an onset strain and rises by a second modulus beyond it, in tension and in compression each by its own. Superelastic metal
+//! unloads along a lower curve, of the same slopes with another onset; whatever was done to it before, its stress lies between both.
 //! With e the stretch of the line through the centroid (Y, Z) = (D, 0) of the section as cut, and b_Y, b_Z its curvatures less those at rest,
 //! all of them means over a cell of notch and tooth, a fibre of the notch is strained by
 //!
@@ -31,6 +32,9 @@ pub struct Branch {
     pub onset: f64,
     /// Slope of the stress there (Pa), above zero and at most Young's modulus.
     pub modulus: f64,
+    /// Strain, positive, below which the metal is elastic again where it unloads (-), at most the onset: the stress at which its lower plateau ends, over
+    /// Young's modulus. `None` where it unloads as it loads.
+    pub unloading_onset: Option<f64>,
 }
 
 /// How a material softens.
@@ -41,6 +45,20 @@ pub struct Softening {
     pub tension: Branch,
     /// Under compression.
     pub compression: Branch,
+}
+
+impl Softening {
+    /// The curve along which all of the metal unloads; `None` where it is that of loading.
+    #[must_use]
+    pub fn unloading(&self) -> Option<Self> {
+        let lower = |branch: Branch| Branch {
+            onset: branch.unloading_onset.unwrap_or(branch.onset),
+            unloading_onset: None,
+            ..branch
+        };
+        let unloads = [self.tension, self.compression].iter().any(|branch| branch.unloading_onset.is_some());
+        unloads.then(|| Self { tension: lower(self.tension), compression: lower(self.compression) })
+    }
 }
 
 /// Stretch e of the centroid line (-) and curvatures b_Y, b_Z less those at rest (1/m).
@@ -200,8 +218,10 @@ impl Metal {
         let factors = std::array::from_fn(|i| (stiffness[i] / (own[i] * share)).sqrt());
         let mut layers = Vec::new();
         if let Some(Softening { tension, compression }) = tube.material.softening {
-            let sound =
-                |b: &Branch| b.onset > 0.0 && b.onset.is_finite() && b.modulus > 0.0 && b.modulus <= e;
+            let sound = |b: &Branch| {
+                let lower = b.unloading_onset.is_none_or(|strain| strain > 0.0 && strain <= b.onset);
+                b.onset > 0.0 && b.onset.is_finite() && b.modulus > 0.0 && b.modulus <= e && lower
+            };
             if !(sound(&tension) && sound(&compression)) {
                 return Err(SectionError::Softening);
             }
@@ -315,7 +335,7 @@ mod tests {
     }
 
     fn two_slopes() -> Softening {
-        let branch = |onset| Branch { onset, modulus: 0.08 * E };
+        let branch = |onset| Branch { onset, modulus: 0.08 * E, unloading_onset: None };
         Softening { tension: branch(0.01), compression: branch(0.015) }
     }
 
@@ -423,5 +443,18 @@ mod tests {
         harder.tension.modulus = 2.0 * E;
         let harder = tube(1e-3, harder, false);
         assert_eq!(Metal::new(&harder, [1.0; 3]).unwrap_err(), SectionError::Softening);
+        let mut higher = two_slopes();
+        higher.tension.unloading_onset = Some(0.011);
+        assert_eq!(Metal::new(&tube(1e-3, higher, false), [1.0; 3]).unwrap_err(), SectionError::Softening);
+    }
+
+    #[test]
+    fn unloading_is_along_the_lower_curve() {
+        assert_eq!(two_slopes().unloading(), None);
+        let mut metal = two_slopes();
+        metal.tension.unloading_onset = Some(0.004);
+        let lower = metal.unloading().unwrap();
+        assert_eq!(lower.tension, Branch { onset: 0.004, ..two_slopes().tension });
+        assert_eq!(lower.compression, metal.compression);
     }
 }
