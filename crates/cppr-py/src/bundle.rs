@@ -272,7 +272,7 @@ pub fn put(
     Ok(())
 }
 
-fn read_loads(
+pub fn read_loads(
     tip_force: Option<&Bound<'_, PyAny>>,
     tip_moment: Option<&Bound<'_, PyAny>>,
     loads: Option<&Bound<'_, PyAny>>,

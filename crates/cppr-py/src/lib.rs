@@ -19,6 +19,7 @@ mod equilibrium;
 mod errors;
 mod inverse;
 mod many;
+mod many_bundle;
 mod robot;
 mod rubbing;
 mod stored;
@@ -51,6 +52,7 @@ fn _cppr(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(inverse::match_shape, m)?)?;
     m.add_function(wrap_pyfunction!(inverse::sense, m)?)?;
     m.add_function(wrap_pyfunction!(many::solve_many, m)?)?;
+    m.add_function(wrap_pyfunction!(many_bundle::solve_many_of_bundle, m)?)?;
     m.add_function(wrap_pyfunction!(many::modes_for, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::sweep, m)?)?;
     m.add_function(wrap_pyfunction!(twin::time_solves, m)?)?;

@@ -69,6 +69,36 @@ def test_the_jacobian_is_the_slope_and_a_start_is_taken() -> None:
     assert np.allclose(eq.jacobian[:3, 2], slope, rtol=1e-3, atol=1e-2)
 
 
+def test_many_poses_are_those_of_single_solves() -> None:
+    robot = cppr.Bundle.from_toml(ROOT / "robots/bundles/two_sections.toml")
+    pull2, pull4 = np.linspace(0, 3e-3, 4)[:, None], np.linspace(0, 2e-3, 31)
+    told: list[tuple[int, int]] = []
+    many = robot.solve_many(
+        pull={2: pull2, 4: pull4}, tip_force=[0.0, 0.0, 0.02], jacobian=True, progress=lambda *at: told.append(at)
+    )
+    assert many.tip_position.shape == (4, 31, 3) and many.stable.all() and told[-1] == (124, 124)
+    assert many.jacobian is not None and many.jacobian.shape == (4, 31, 6, 8)
+    # Most poses begin at the one before; those at rest tell their error.
+    assert np.isnan(many.tip_error).sum() > 60 and np.nanmax(many.tip_error) < 1e-6
+    alone = robot.solve_many(pull={2: pull2, 4: pull4}, tip_force=[0.0, 0.0, 0.02], warm=False, threads=1)
+    assert not np.isnan(alone.tip_error).any()
+    for i, j in ((0, 0), (1, 17), (3, 30)):
+        eq = robot.solve(pull={2: pull2[i, 0], 4: pull4[j]}, tip_force=[0.0, 0.0, 0.02])
+        assert np.linalg.norm(many.tip_position[i, j] - eq.tip_position) < 1e-5 * robot.length
+        assert np.allclose(alone.tip_position[i, j], eq.tip_position, atol=1e-12)
+        assert np.allclose(many.tension[i, j], eq.tension, atol=1e-4)
+        assert np.allclose(many.pull[i, j], eq.pull, atol=1e-12) and np.allclose(many.rotation[i, j], 0)
+        scale = np.abs(eq.jacobian).max()
+        assert np.allclose(many.jacobian[i, j], eq.jacobian, atol=1e-3 * scale)
+    again = robot.solve_many(pull={2: pull2, 4: pull4}, tip_force=[0.0, 0.0, 0.02], threads=1)
+    assert np.array_equal(again.tip_position, many.tip_position)
+    with pytest.raises(cppr.CommandError, match=r"pull: there is no tube 5; this robot has tubes 1 to 4"):
+        robot.solve_many(pull={5: [0.0, 1e-3]})
+    with pytest.raises(cppr.CommandError, match=r"pose 1: "):
+        robot.solve_many(pull={2: [0.0, math.nan]})
+    assert "2 converged" in repr(robot.solve_many(pull={2: [0.0, 1e-3]}))
+
+
 def test_the_outer_tube_can_be_advanced() -> None:
     robot = cppr.Bundle.from_toml(ROOT / "robots/bundles/s_shape.toml")
     eq = robot.solve(pull={1: -0.02, 2: -0.02})

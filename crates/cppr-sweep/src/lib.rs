@@ -4,7 +4,7 @@
 //! quasi-random samples, a list). [`run`] solves it chunk by chunk on several threads and hands the chunks over in
 //! order; [`write_file`] journals them, so that nothing that was solved is lost, and assembles CSV, NPZ or Parquet.
 //!
-//! [`solve_many`] solves into memory.
+//! [`solve_many`] solves into memory, [`solve_many_of_bundle`] robots of parts and joints.
 //!
 //! Every pose is a row, solved or not: columns of numbers in SI units (see [`Task::columns`]), NaN where there is no
 //! equilibrium, and a [`Verdict`]. Rows depend on the task alone, not on threads, interruptions or earlier chunks: every
@@ -55,6 +55,7 @@ mod halton;
 mod journal;
 mod manifest;
 mod many;
+mod many_bundle;
 mod run;
 mod solver;
 mod study;
@@ -68,6 +69,7 @@ pub use file::{FileOptions, FileProblem, Finished, write_file};
 pub use format::Format;
 pub use journal::parts_of;
 pub use many::{Memory, ONE_BLOCK, Poses, solve_many};
+pub use many_bundle::solve_many_of_bundle;
 pub use run::run;
 pub use study::{Influence, PERCENTILES, Report, Statistics, Study};
 pub use table::{Chunk, Column, Verdict};

@@ -14,6 +14,11 @@ const LARGEST_BLOCK: usize = 256;
 /// Blocks that there are at least, where these are not too small.
 const LEAST_BLOCKS: usize = 64;
 
+/// How many of so many poses make a block.
+pub(crate) fn block(poses: usize) -> usize {
+    (poses / LEAST_BLOCKS).clamp(ONE_BLOCK, LARGEST_BLOCK)
+}
+
 /// Buffers of [`solve_many`], as many as ever worked at the same time. Making them costs as much as some dozen poses: keep them from
 /// call to call.
 #[derive(Debug, Default)]
@@ -104,7 +109,7 @@ pub fn solve_many<T: Send, B: Send>(
     put: impl Fn(usize, &mut Command) + Sync,
     read: impl Fn(usize, &mut T, Result<Solved<'_>, CommandProblem>) -> ControlFlow<B> + Sync,
 ) -> ControlFlow<B> {
-    let block = (results.len() / LEAST_BLOCKS).clamp(ONE_BLOCK, LARGEST_BLOCK);
+    let block = block(results.len());
     let Poses { solver, base, start } = *poses;
     let solve = |lent: &mut Lent, number: usize, own: &mut [T]| {
         let Some(march) = &mut lent.march else { return ControlFlow::Continue(()) };

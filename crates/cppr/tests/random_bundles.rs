@@ -17,6 +17,8 @@ use nalgebra::Rotation3;
 const CASES: u64 = 60;
 /// Bundles that go through control loops.
 const LOOPS: u64 = 20;
+/// By how much of the length a pose of a control loop is off at most.
+const IN_LOOPS: f64 = 1e-5;
 
 #[test]
 fn any_bundle_has_its_equilibrium_or_the_reason_why_not() {
@@ -130,7 +132,7 @@ fn random_control_loops_keep_to_the_path() {
             poses += 1;
             if let Some(end) = small_steps(&mut solver, &start, &command, 16) {
                 walked[0] += 1;
-                if away(&found, &end) > 1e-6 {
+                if away(&found, &end) > IN_LOOPS {
                     astray.push((seed, step, away(&found, &end), found.iterations, found.verdict()));
                 }
             }

@@ -45,7 +45,7 @@ from ._errors import (
 )
 from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import DistributedForce, Gravity, Load, Thread, VectorLike, Wrench
-from ._many import Solutions
+from ._many import BundleSolutions, Solutions
 from ._section import SectionProperties, section
 from ._show import View
 from ._sweep import Normal, Range, sweep
@@ -66,6 +66,7 @@ for _class, _method in (
     (Equilibrium, _inverse.match_shape),
     (Equilibrium, _inverse.sense),
     (Equilibrium, _plot.plot),
+    (Bundle, _many.solve_many_of_bundle),
     (BundleEquilibrium, _analysis.limits),
     (BundleEquilibrium, _analysis.safe_part),
     (BundleEquilibrium, _analysis.safe_ranges),
@@ -85,6 +86,7 @@ __all__ = [
     "Branch",
     "Bundle",
     "BundleEquilibrium",
+    "BundleSolutions",
     "Calibration",
     "CalibrationError",
     "CommandError",

@@ -14,7 +14,7 @@ from ._bundle import Joint, Tube
 from ._design import Settings, TubeLike
 from ._inverse import Reach, Sensed, ShapeMatch
 from ._loads import Load, VectorLike
-from ._many import PerTube, Progress, Solutions
+from ._many import BundleSolutions, PerTube, Progress, Solutions
 from ._show import View
 
 _Floats: TypeAlias = NDArray[np.float64]
@@ -41,6 +41,7 @@ __all__ = [
     "match_shape",
     "sense",
     "solve_many",
+    "solve_many_of_bundle",
     "modes_for",
     "sweep",
     "time_solves",
@@ -576,6 +577,32 @@ class Bundle:
         Raises `NoEquilibrium` where none was found, `CommandError` for what cannot be asked of this robot; warns with `UnitWarning`.
         """
 
+    def solve_many(
+        self,
+        pull: PerTube = None,
+        rotate: PerTube = None,
+        tension: PerTube = None,
+        torque: PerTube = None,
+        *,
+        tip_force: ArrayLike | None = None,
+        tip_moment: ArrayLike | None = None,
+        loads: Iterable[Load] | None = None,
+        jacobian: bool = False,
+        stretch: bool = False,
+        warm: bool = True,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> BundleSolutions:
+        """Equilibria of many poses, on all cores.
+
+        `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number to array; `tip_force` (N)
+        and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P of the result. `loads` act in every pose. A pose that
+        is near the one before it in memory (no motor moves by more than 0.3 % of the length and 0.1 rad, and nothing else changes) begins
+        there, all others at rest; `warm=False` begins every pose at rest. `progress` is True (a bar of tqdm) or a function of (done, total).
+
+        Raises `CommandError` for poses that cannot be asked of this robot. A pose without equilibrium is no error: see `BundleSolutions.code`.
+        """
+
     def cycle(
         self,
         waypoints: Sequence[dict[str, Any]],
@@ -846,6 +873,19 @@ def solve_many(
     threads: int,
     progress: Callable[[int, int], object] | None,
     first: int,
+    warm: bool,
+) -> None: ...
+def solve_many_of_bundle(
+    bundle: Bundle,
+    columns: Sequence[tuple[int, int, _Floats]],
+    tip_force: _Floats | None,
+    tip_moment: _Floats | None,
+    loads: Sequence[Load] | None,
+    stretch: bool,
+    out: _Floats,
+    jacobian: bool,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
     warm: bool,
 ) -> None: ...
 def modes_for(

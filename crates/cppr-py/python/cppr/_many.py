@@ -25,8 +25,34 @@ _MEANS = ("pull", "rotate", "tension", "torque")
 _STATUS = np.array(["converged", "unstable", "not converged", "not converged"])
 
 
-@dataclass(frozen=True)
-class Solutions:
+class _Coded:
+    """What is told of poses by their code."""
+
+    code: NDArray[np.uint8]
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """The codes in words; shape P."""
+        words: NDArray[np.str_] = _STATUS[self.code]
+        return words
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """True where there is a stable equilibrium; shape P."""
+        return np.asarray(self.code == 0)
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    def __repr__(self) -> str:
+        converged, unstable, *none = np.bincount(self.code.ravel(), minlength=4)
+        counts = (converged, unstable, sum(none))
+        words = ", ".join(f"{n} {w}" for n, w in zip(counts, _STATUS) if n)
+        return f"{type(self).__name__}({self.code.shape}: {words or 'none'})"
+
+
+@dataclass(frozen=True, repr=False)
+class Solutions(_Coded):
     """Equilibria of many poses. P stands for the shape of the poses, F for the number of followers.
 
     Where no equilibrium was found, every number is NaN.
@@ -62,25 +88,35 @@ class Solutions:
     error: float = math.nan
     """Greatest discretisation error of the tip (m) among the poses that were looked at; NaN where none was or it is not known."""
 
-    @property
-    def status(self) -> NDArray[np.str_]:
-        """The codes in words; shape P."""
-        words: NDArray[np.str_] = _STATUS[self.code]
-        return words
 
-    @property
-    def stable(self) -> NDArray[np.bool_]:
-        """True where there is a stable equilibrium; shape P."""
-        return np.asarray(self.code == 0)
+@dataclass(frozen=True, repr=False)
+class BundleSolutions(_Coded):
+    """Equilibria of many poses of a robot of parts and joints. P stands for the shape of the poses, n for the number of tubes.
 
-    def __len__(self) -> int:
-        return len(self.code)
+    Where no equilibrium was found, every number is NaN.
+    """
 
-    def __repr__(self) -> str:
-        converged, unstable, *none = np.bincount(self.code.ravel(), minlength=4)
-        counts = (converged, unstable, sum(none))
-        words = ", ".join(f"{n} {w}" for n, w in zip(counts, _STATUS) if n)
-        return f"Solutions({self.code.shape}: {words or 'none'})"
+    code: NDArray[np.uint8]
+    """0 converged and stable, 1 an unstable equilibrium, 2 none found; shape P."""
+    iterations: Floats
+    """Newton steps; shape P."""
+    tip_error: Floats
+    """How far the tip moves when every step of the integration is halved (m), of poses that were found from rest; NaN elsewhere, where it is
+    below 1e-5 of the length; shape P."""
+    tip_position: Floats
+    """Centre of the last tip (m), base frame; shape (*P, 3)."""
+    tip_rotation: Floats
+    """Columns: tangent, direction of the centroid, normal to both; shape (*P, 3, 3)."""
+    pull: Floats
+    """Label of every tube at the baseplate (m); shape (*P, n)."""
+    rotation: Floats
+    """Rotation of every tube at the baseplate (rad); shape (*P, n)."""
+    tension: Floats
+    """Force with which every motor pulls (N); shape (*P, n)."""
+    torque: Floats
+    """Torque of every motor (N m); shape (*P, n)."""
+    jacobian: Floats | None = None
+    """Tip twist (m, rad), base frame, by the motors: translation and rotation of tube 1, then of tube 2, ...; shape (*P, 6, 2 n)."""
 
 
 class Poses:
@@ -309,10 +345,8 @@ def solve_slice(
     return out
 
 
-def unpack(
-    out: Floats, shape: tuple[int, ...], followers: int, jacobian: bool, margin: bool, sections: int
-) -> Solutions:
-    """Views of the rows as fields."""
+def _taker(out: Floats, shape: tuple[int, ...]) -> Callable[..., Floats]:
+    """Takes the next numbers of every row, in the shape that each pose has of them."""
     at = 0
 
     def take(*each: int) -> Floats:
@@ -322,6 +356,14 @@ def unpack(
         at += count
         return view.reshape((*shape, *each))
 
+    return take
+
+
+def unpack(
+    out: Floats, shape: tuple[int, ...], followers: int, jacobian: bool, margin: bool, sections: int
+) -> Solutions:
+    """Views of the rows as fields."""
+    take = _taker(out, shape)
     fields: dict[str, Any] = {"code": take().astype(np.uint8), "iterations": take(), "elastic_energy": take()}
     fields |= {"tip_position": take(3), "tip_rotation": take(3, 3)}
     fields |= {name: take(followers) for name in ("pull", "rotation", "tension", "torque")}
@@ -332,3 +374,56 @@ def unpack(
     if sections:
         fields["centreline"] = take(sections, 3)
     return Solutions(**fields)
+
+
+def solve_many_of_bundle(
+    self: _cppr.Bundle,
+    pull: PerTube = None,
+    rotate: PerTube = None,
+    tension: PerTube = None,
+    torque: PerTube = None,
+    *,
+    tip_force: ArrayLike | None = None,
+    tip_moment: ArrayLike | None = None,
+    loads: Iterable[Load] | None = None,
+    jacobian: bool = False,
+    stretch: bool = False,
+    warm: bool = True,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> BundleSolutions:
+    """Equilibria of many poses, on all cores.
+
+    `pull` (m), `rotate` (rad), `tension` (N) and `torque` (N m) are arrays for tube 2 or dicts from tube number to
+    array; `tip_force` (N) and `tip_moment` (N m) have shape (..., 3). All broadcast together to the shape P of the
+    result. `loads` act in every pose. A pose that is near the one before it in memory (no motor moves by more than 0.3 % of the length and 0.1 rad, and nothing else
+    changes) begins there, all others at rest; `warm=False` begins every pose at rest. `progress` is True (a bar of tqdm) or a function of (done, total). Ctrl-C stops it.
+
+    Raises `CommandError` for poses that cannot be asked of this robot, before any is solved. A pose without equilibrium is no error: see `BundleSolutions.code`.
+    """
+    threads = cores() if threads is None else threads
+    if threads < 1:
+        raise ValueError(f"threads is {threads}; at least one is needed")
+    drives = {"pull": pull, "rotate": rotate, "tension": tension, "torque": torque}
+    poses = Poses(drives, tip_force, tip_moment)
+    columns, (force, moment) = poses.slice(0, poses.count)
+    tubes = len(self.lengths)
+    out = np.empty((poses.count, 15 + 4 * tubes + 12 * tubes * jacobian))
+    callback, close = watcher(progress)
+    try:
+        _cppr.solve_many_of_bundle(
+            self, columns, force, moment, None if loads is None else list(loads), stretch, out, jacobian, threads,
+            callback, warm,
+        )  # fmt: skip
+    finally:
+        close()
+    take = _taker(out, poses.shape)
+    fields: dict[str, Any] = {"code": take().astype(np.uint8), "iterations": take(), "tip_error": take()}
+    fields |= {"tip_position": take(3), "tip_rotation": take(3, 3)}
+    fields |= {name: take(tubes) for name in ("pull", "rotation", "tension", "torque")}
+    if jacobian:
+        fields["jacobian"] = take(6, 2 * tubes)
+    return BundleSolutions(**fields)
+
+
+solve_many_of_bundle.__name__ = "solve_many"

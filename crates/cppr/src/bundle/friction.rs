@@ -111,7 +111,7 @@ impl BundleSolver<'_> {
         command: &BundleCommand,
         start: &BundleEquilibrium,
     ) -> Option<BundleEquilibrium> {
-        self.settle_with(command, start, start.between.coarsened())
+        self.settle_with(command, start, start.between.coarsened(self.tolerance))
     }
 
     /// The same with the steps that the integration begins with.
@@ -154,7 +154,8 @@ impl BundleSolver<'_> {
             let bundle = Bundle { rubbing: Some(Arc::new(own)), ..self.bundle.clone() };
             let solver = BundleSolver::new(&bundle).with_stretch(self.stretch).with_tolerance(self.tolerance);
             // Steps that stay make one turn of the fixed point a smooth function of the one before.
-            let steps = if rounds == 1 { last.between.coarsened() } else { last.between.clone() };
+            let steps =
+                if rounds == 1 { last.between.coarsened(self.tolerance) } else { last.between.clone() };
             let found = solver.settle_with(&above(&bundle, command, &more), &last, steps)?;
             let cuts = solver.cuts(&found, spacing, &mut spans)?;
             let efforts: Vec<TubeEffort> = found

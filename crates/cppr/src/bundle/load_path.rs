@@ -40,9 +40,9 @@ impl Guess {
     }
 
     /// On the line through both.
-    pub fn at(&self, frame: &Frame, share: f64) -> (Vec<f64>, Steps) {
+    pub fn at(&self, frame: &Frame, share: f64, tolerance: f64) -> (Vec<f64>, Steps) {
         let (reached, unknowns, between) = &self.last;
-        let (mut start, mut steps) = (frame.scaled(unknowns), between.coarsened());
+        let (mut start, mut steps) = (frame.scaled(unknowns), between.coarsened(tolerance));
         if let Some((from, unknowns, between)) = &self.before {
             let factor = (share - reached) / (reached - from);
             for (own, old) in start.iter_mut().zip(frame.scaled(unknowns)) {

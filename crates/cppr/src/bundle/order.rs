@@ -58,6 +58,11 @@ impl Seen {
         }
     }
 
+    /// The same as parts of another size.
+    pub fn times(self, part: f64) -> Self {
+        Self { differences: self.differences.map(|own| part * own), ..self }
+    }
+
     /// Does it hold for a step of such a length (m) with so many values?
     pub fn covers(&self, width: usize, length: f64) -> bool {
         width <= self.width && length.abs() <= ALIKE * self.length.abs()

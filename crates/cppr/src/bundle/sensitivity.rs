@@ -79,32 +79,33 @@ impl BundleSolver<'_> {
     }
 
     fn slopes_at(&self, frame: &Frame, equilibrium: &BundleEquilibrium, wrench: usize) -> Option<Slopes> {
-        let mut steps = equilibrium.between.clone();
-        Some(self.slopes(frame, &frame.scaled(&equilibrium.unknowns), &mut steps, wrench)?.0)
+        let (walk, mut steps) = (frame.walk(self.tolerance), equilibrium.between.clone());
+        Some(self.slopes(frame, &walk, &frame.scaled(&equilibrium.unknowns), &mut steps, wrench)?.0)
     }
 
     /// Slopes near unknowns, and what an integration leaves after Newton's step.
     pub(super) fn slopes(
         &self,
         frame: &Frame,
+        walk: &Walk,
         unknowns: &[f64],
         steps: &mut Steps,
         wrench: usize,
     ) -> Option<(Slopes, Outcome<f64>)> {
         match unknowns.len() + 2 * self.bundle.tubes.len() + wrench + 1 {
-            0..=7 => self.slopes_with::<8>(frame, unknowns, steps, wrench),
-            8..=11 => self.slopes_with::<12>(frame, unknowns, steps, wrench),
-            12..=15 => self.slopes_with::<16>(frame, unknowns, steps, wrench),
-            16..=19 => self.slopes_with::<20>(frame, unknowns, steps, wrench),
-            20..=23 => self.slopes_with::<24>(frame, unknowns, steps, wrench),
-            24..=MOST => self.slopes_with::<{ 1 + MOST }>(frame, unknowns, steps, wrench),
+            0..=7 => Self::slopes_with::<8>(frame, walk, unknowns, steps, wrench),
+            8..=11 => Self::slopes_with::<12>(frame, walk, unknowns, steps, wrench),
+            12..=15 => Self::slopes_with::<16>(frame, walk, unknowns, steps, wrench),
+            16..=19 => Self::slopes_with::<20>(frame, walk, unknowns, steps, wrench),
+            20..=23 => Self::slopes_with::<24>(frame, walk, unknowns, steps, wrench),
+            24..=MOST => Self::slopes_with::<{ 1 + MOST }>(frame, walk, unknowns, steps, wrench),
             _ => None,
         }
     }
 
     fn slopes_with<const N: usize>(
-        &self,
         frame: &Frame,
+        walk: &Walk,
         unknowns: &[f64],
         steps: &mut Steps,
         wrench: usize,
@@ -127,7 +128,7 @@ impl BundleSolver<'_> {
                 base.force = [0, 1, 2].map(|i| base.force[i] + force[i]);
             }
         }
-        let walk = Walk { posed: true, ..frame.walk(self.tolerance) };
+        let walk = Walk { posed: true, ..*walk };
         let outcome = walk.run(&base, steps, None).ok()?;
         let given = motors + wrench;
         let (system, residual) = steps.coordinates.system(given)?;

@@ -31,6 +31,8 @@ pub struct BundleSolver<'a> {
 
 /// Error allowed in one step where nothing else is said.
 const TOLERANCE: f64 = 1e-8;
+/// How many times that from one pose of a control loop to the next.
+const IN_LOOPS: f64 = 100.0;
 /// Newton steps of a solve.
 const ITERATIONS: usize = 40;
 /// Part of the way below which a step may be shortened.
@@ -68,7 +70,7 @@ impl<'a> BundleSolver<'a> {
         }
     }
 
-    /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product.
+    /// The same with another error allowed in one step, in units of the length, of EI/L² and of their product; 1e-8 is the default.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..Self::new(self.bundle) }.with_stretch(self.stretch)
@@ -140,7 +142,7 @@ impl<'a> BundleSolver<'a> {
         let path = follow(Guess::new(Unknowns::default(), Steps::default()), 1.0, |share, guess| {
             let bundle = self.bundle.curved_by(share);
             let frame = Frame::new(&bundle, held, self.lengthening());
-            let (start, steps) = guess.at(&frame, share);
+            let (start, steps) = guess.at(&frame, share, self.tolerance);
             let budget = Budget::far(ITERATIONS_IN_STEPS);
             let found = newton(&frame, &frame.walk(self.tolerance), start, steps, budget, SETTLED).ok()?;
             let reference = *straight.get_or_insert(found.determinant);
@@ -199,7 +201,7 @@ impl<'a> BundleSolver<'a> {
     pub fn solve_from(&mut self, command: &BundleCommand, start: &BundleEquilibrium) -> BundleEquilibrium {
         if start.converged && start.stable && command.share_of_turn(&start.command) >= 1.0 {
             let frame = Frame::new(self.bundle, command, self.lengthening());
-            let found = self.tracked(&frame, command, start).filter(|found| found.stable);
+            let found = self.tracked(&frame, command, start, self.tolerance).filter(|found| found.stable);
             if let Some(mut found) = found {
                 found.error = self.error_in(&frame, &found);
                 return found;
@@ -215,7 +217,7 @@ impl<'a> BundleSolver<'a> {
         let share = command.share_of_turn(&start.command);
         let within = |budget: Budget| {
             let begin = frame.scaled(&start.unknowns);
-            newton(&frame, &walk, begin, start.between.coarsened(), budget, SETTLED).ok()
+            newton(&frame, &walk, begin, start.between.coarsened(self.tolerance), budget, SETTLED).ok()
         };
         let at_once = if share >= 1.0 { within(Budget::DIRECT) } else { None };
         let (found, ended) = match at_once {
@@ -242,22 +244,24 @@ impl<'a> BundleSolver<'a> {
         start: &BundleEquilibrium,
     ) -> Option<BundleEquilibrium> {
         let frame = Frame::new(self.bundle, command, self.lengthening());
-        if let Some(found) = self.tracked(&frame, command, start) {
+        if let Some(found) = self.tracked(&frame, command, start, self.tolerance) {
             return Some(found);
         }
         let reference = self.rest_determinant(command);
-        let (begin, steps) = (frame.scaled(&start.unknowns), start.between.coarsened());
+        let (begin, steps) = (frame.scaled(&start.unknowns), start.between.coarsened(self.tolerance));
         let budget = Budget::far(ITERATIONS_IN_STEPS);
         let found = newton(&frame, &frame.walk(self.tolerance), begin, steps, budget, SETTLED).ok()?;
         Some(self.conclude(&frame, command, found, reference))
     }
 
     /// Solves from an equilibrium in its place, as a control loop does: on the tangent of the path, without an estimate of the error, and as [`Self::solve_from`]
-    /// where that leads nowhere, from a stable equilibrium to none, or where a motor turns far.
+    /// where that leads nowhere, from a stable equilibrium to none, or where a motor turns far. A hundred times the error is allowed in a step, which leaves the tip
+    /// within 1e-5 of the length on random bundles, and its Jacobian within 1e-3 of itself.
     pub fn solve_into(&mut self, command: &BundleCommand, equilibrium: &mut BundleEquilibrium) {
         let near = command.share_of_turn(&equilibrium.command) >= 1.0 && equilibrium.converged;
         let frame = Frame::new(self.bundle, command, self.lengthening());
-        let found = if near { self.tracked(&frame, command, equilibrium) } else { None };
+        let found =
+            if near { self.tracked(&frame, command, equilibrium, IN_LOOPS * self.tolerance) } else { None };
         let as_stable = |found: &BundleEquilibrium| found.stable || !equilibrium.stable;
         let found = found.filter(as_stable).unwrap_or_else(|| self.sought_from(command, equilibrium));
         *equilibrium = found;
@@ -300,7 +304,7 @@ impl<'a> BundleSolver<'a> {
             let step = guess.way_to(share);
             let target = command.between(&start.command, share);
             let frame = Frame::new(self.bundle, &target, self.lengthening());
-            let (start, steps) = guess.at(&frame, share);
+            let (start, steps) = guess.at(&frame, share, self.tolerance);
             let budget = if step <= SHORT { Budget::DIRECT } else { Budget::WHOLE };
             let found = newton(&frame, &frame.walk(self.tolerance), start, steps, budget, SETTLED).ok()?;
             as_at_rest(&found, reference).then(|| (frame.unknowns(&found.unknowns), found))

@@ -58,6 +58,8 @@ pub(crate) struct Steps {
     spans: Vec<SpanSteps>,
     /// How many stops every tube has: spans are known by their numbers.
     stops: Vec<usize>,
+    /// Of which the errors of the steps are parts.
+    allowed: f64,
     /// May steps be cut whose error is too large?
     pub adapt: bool,
     /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
@@ -80,32 +82,44 @@ impl Steps {
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
         };
-        Self { spans: self.spans.iter().map(halve).collect(), stops: self.stops.clone(), ..Self::default() }
+        let (spans, stops) = (self.spans.iter().map(halve).collect(), self.stops.clone());
+        Self { spans, stops, allowed: self.allowed, ..Self::default() }
     }
 
-    /// The same with every two steps made one whose errors are far below what is allowed.
-    pub fn coarsened(&self) -> Self {
-        let coarsen = |span: &SpanSteps| {
-            let (mut ends, mut nodes) = (Vec::new(), Vec::new());
-            let mut index = 0;
-            while index < span.ends.len() {
-                let pair = span.nodes.get(index..index + 2);
-                let easy = |node: &Node| node.order == Order::Eighth && node.error < EASY;
-                let both = pair.is_some_and(|pair| pair.iter().all(easy));
-                index += usize::from(both);
-                ends.push(span.ends[index]);
-                let mut node = span.nodes[index].clone();
-                if !both && node.order == Order::Eighth {
-                    node.order = node.seen.order();
+    /// Errors of this size are allowed from now on.
+    pub fn allow(&mut self, tolerance: f64) {
+        let part = self.allowed / tolerance;
+        for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
+            node.error *= part;
+            node.seen = node.seen.times(part);
+        }
+        self.allowed = tolerance;
+    }
+
+    /// The same where errors of this size are allowed: two steps whose errors are far below make one, and every step takes the lowest order that does. Where far
+    /// greater errors are allowed than before all steps of a span make one, which is cut again where that is needed.
+    pub fn coarsened(&self, tolerance: f64) -> Self {
+        let mut own = self.clone();
+        let all = self.allowed < EASY.sqrt() * tolerance;
+        own.allow(tolerance);
+        for span in &mut own.spans {
+            let easy = |node: &Node| all || node.order == Order::Eighth && node.error < EASY;
+            let mut joined = false;
+            let old = std::mem::take(&mut span.nodes).into_iter().zip(std::mem::take(&mut span.ends));
+            let mut old = old.peekable();
+            while let Some((mut node, end)) = old.next() {
+                let next = old.peek().is_some_and(|(next, _)| easy(next));
+                if next && easy(&node) && (all || !joined) {
+                    joined = true;
+                    continue;
                 }
-                nodes.push(node);
-                index += 1;
+                node.order = if joined { Order::Eighth } else { node.seen.order() };
+                joined = false;
+                span.nodes.push(node);
+                span.ends.push(end);
             }
-            SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
-        };
-        let spans = self.spans.iter().map(coarsen).collect();
-        let (stops, coordinates) = (self.stops.clone(), self.coordinates.clone());
-        Self { spans, stops, coordinates, ..Self::default() }
+        }
+        own
     }
 
     /// Moves every state on by a multiple of how far it has come since it was what stands in `before`.
@@ -172,7 +186,13 @@ impl Steps {
 
     /// An integration with so many unknowns begins: no state has been met by it. Steps of tubes with other stops (another bundle, other point
     /// loads) tell nothing of this one.
-    pub fn begin_again(&mut self, unknowns: usize, stops: impl Iterator<Item = usize> + Clone) {
+    pub fn begin_again(
+        &mut self,
+        unknowns: usize,
+        tolerance: f64,
+        stops: impl Iterator<Item = usize> + Clone,
+    ) {
+        self.allow(tolerance);
         if !self.stops.iter().copied().eq(stops.clone()) {
             self.spans.clear();
             self.stops = stops.collect();

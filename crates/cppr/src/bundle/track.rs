@@ -47,10 +47,11 @@ impl BundleSolver<'_> {
         frame: &Frame,
         command: &BundleCommand,
         start: &BundleEquilibrium,
+        tolerance: f64,
     ) -> Option<BundleEquilibrium> {
-        let walk = frame.walk(self.tolerance);
+        let walk = frame.walk(tolerance);
         let mut unknowns = frame.scaled(&start.unknowns);
-        let mut steps = start.between.coarsened();
+        let mut steps = start.between.coarsened(tolerance);
         let fits = |own: &&Slopes| own.last.nrows() == unknowns.len() && command.driven_as(&start.command);
         let known = start.slopes.as_deref().filter(fits);
         let old = start.command.drives.iter().flat_map(|d| [d.translation.value(), d.rotation.value()]);
@@ -68,7 +69,7 @@ impl BundleSolver<'_> {
         let mut longest = LONGEST;
         for iterations in 1..=MOST {
             steps.adapt = true;
-            let (mut slopes, arrived) = self.slopes(frame, &unknowns, &mut steps, 0)?;
+            let (mut slopes, arrived) = self.slopes(frame, &walk, &unknowns, &mut steps, 0)?;
             let (change, between) = steps.at_plate(slopes.step.as_slice(), &walk);
             let size = change.iter().fold(0.0, |most: f64, own| most.max(own.abs()));
             if !(size <= longest && between.is_finite()) {

@@ -89,7 +89,7 @@ impl Walk<'_> {
         steps: &mut Steps,
         visit: Option<Visitor<'b, S>>,
     ) -> Result<Outcome<S>, Lost> {
-        steps.begin_again(base.unknowns, self.command.stops.iter().map(Vec::len));
+        steps.begin_again(base.unknowns, self.tolerance, self.command.stops.iter().map(Vec::len));
         let mut runner = Runner::new(*self, base, visit);
         runner.look()?;
         let mut number = 0;
