@@ -1,6 +1,6 @@
-//! What the model of tubes with gaps between them says to measurements, in the plane, and how that changes with the parameters.
+//! What the model of tubes with gaps between them says to measurements, and how that changes with the parameters.
 
-use crate::data::{Line, Measurement, Observed};
+use crate::data::{Line, Measurement};
 use crate::fit::FitProblem;
 use crate::observe::{Found, Observer, RobotObserver, no_derivative, numbers, solver};
 use crate::parameter::Parameter;
@@ -83,23 +83,24 @@ fn read(
     own: &Loose,
 ) -> Result<Vec<f64>, FitProblem> {
     let row = pose[0].row;
-    let clearance = Clearance { gaps: own.gaps.clone(), elements: ELEMENTS };
+    let clearance = Clearance { gaps: own.gaps.clone(), guide: None, elements: ELEMENTS };
     let found = solver
         .with_clearance(tight, &clearance)
         .map_err(|problem| FitProblem::Measurement(row, problem.to_string()))?
         .ok_or_else(|| FitProblem::NoEquilibrium(row, "no equilibrium with these gaps was found".into()))?;
     let one = |m: &Measurement| {
-        let turned = |what: &Observed| matches!(what, Observed::Effort(_, Freedom::Rotation));
-        let unseen = match m.line {
-            Line::Tube(tube) => Some(format!("points on the centroid line of tube {}", tube + 1)),
-            Line::Centre => m.numbers().iter().find(|own| turned(&own.0)).map(|own| format!("the {}", own.0)),
-        };
-        if let Some(unseen) = unseen {
-            let why = format!("{unseen} cannot be compared with a robot that has gaps; leave it out");
+        if let Line::Tube(tube) = m.line {
+            let why = format!(
+                "points on the centroid line of tube {} cannot be compared with a robot that has gaps; leave it out",
+                tube + 1
+            );
             return Err(FitProblem::Measurement(m.row, why));
         }
         let [point, direction] = place(&found, m.at.unwrap_or(own.robot.length()));
-        Ok(numbers(m, point, direction, |tube, _| found.followers[tube - 1].tension))
+        Ok(numbers(m, point, direction, |tube, freedom| {
+            let own = &found.followers[tube - 1];
+            if freedom == Freedom::PushPull { own.tension } else { own.torque }
+        }))
     };
     Ok(pose.iter().map(one).collect::<Result<Vec<_>, _>>()?.concat())
 }
@@ -110,7 +111,7 @@ fn place(found: &ClearanceEquilibrium, label: f64) -> [Vector3<f64>; 2] {
     let next = found.labels.partition_point(|own| *own < label).clamp(1, last);
     let [from, to] = [next - 1, next].map(|i| found.labels[i]);
     let share = ((label - from) / (to - from)).clamp(0.0, 1.0);
-    let angle = found.angles[next - 1] + share * (found.angles[next] - found.angles[next - 1]);
     let point = found.centres[next - 1].lerp(&found.centres[next], share);
-    [point, Vector3::new(angle.cos(), angle.sin(), 0.0)]
+    let [from, to] = [next - 1, next].map(|i| Vector3::from(found.frames[i].column(0)));
+    [point, from.lerp(&to, share).normalize()]
 }

@@ -24,7 +24,7 @@ pub enum ParameterKind {
     Friction,
     /// Factor on what the teeth of notches bend, where their cells are computed (-).
     ToothFactor,
-    /// Radial gap between a tube and the one inside it (m), solved for in the plane.
+    /// Radial gap between a tube and the one inside it (m).
     Gap,
 }
 

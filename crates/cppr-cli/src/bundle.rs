@@ -47,6 +47,11 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
         Vec::new()
     };
     let touch = if found.converged {
+        if args.guide_gap.is_some() {
+            return Err(Failure::Input(
+                "--guide-gap: play in the guide is solved for in robots without parts and joints".into(),
+            ));
+        }
         let touch = Touch::of(solver, &found, &args.friction, args.contact)?;
         let gapped = args.clearance.map(|gap| Gapped::of_bundle(solver, &found, design.gaps(), gap));
         Touch { gapped: gapped.transpose()?, ..touch }

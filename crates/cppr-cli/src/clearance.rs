@@ -4,7 +4,9 @@ use crate::Failure;
 use crate::quantity::{Kind, scalar};
 use crate::table::plain;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
-use cppr::clearance::{Clearance, ClearanceEquilibrium, ClearanceProblem, Estimate, Zone, estimate};
+use cppr::clearance::{
+    Clearance, ClearanceEquilibrium, ClearanceProblem, Estimate, Guide, PairClearance, Zone, estimate,
+};
 use cppr::solve::{Equilibrium, Solver};
 use cppr::{Matrix3, Vector3};
 use cppr_io::clearance_record;
@@ -39,6 +41,14 @@ pub fn gap(text: &str) -> Result<Gap, String> {
     match scalar(text, Kind::Length)? {
         length if length >= 0.0 => Ok(Gap::All(length)),
         _ => Err(format!("the gap is {text}; it cannot be negative")),
+    }
+}
+
+/// Reads a gap in the guide.
+pub fn guide_gap(text: &str) -> Result<f64, String> {
+    match gap(text)? {
+        Gap::All(gap) => Ok(gap),
+        Gap::Radii => Err("the radii leave no gap in the guide; give one, for instance 0.1mm".into()),
     }
 }
 
@@ -114,7 +124,7 @@ fn mm(length: f64) -> String {
     plain(length * 1e3, 3)
 }
 
-/// What gaps make of a pose: the equilibrium with contact in the plane, else the estimate, and why it is one.
+/// What gaps make of a pose: the equilibrium with contact, or the estimate and why it is one.
 pub enum Gapped {
     Solved(Box<ClearanceEquilibrium>),
     Estimated(Box<Play>, String),
@@ -122,28 +132,25 @@ pub enum Gapped {
 
 impl Gapped {
     /// Of an equilibrium without gaps.
-    pub fn of(solver: &mut Solver, found: &Equilibrium, gap: Gap) -> Result<Self, Failure> {
+    pub fn of(
+        solver: &mut Solver,
+        found: &Equilibrium,
+        gap: Gap,
+        guide: Option<Guide>,
+    ) -> Result<Self, Failure> {
         let robot = found.robot();
         let wrong = |problem: ClearanceProblem| Failure::Input(format!("--clearance: {problem}"));
         let clearance = match gap {
             Gap::Radii => Clearance::of(robot).map_err(wrong)?,
             Gap::All(gap) => Clearance::equal(robot, gap),
         };
-        let because = match solver.with_clearance(found, &clearance) {
-            Ok(Some(solved)) => return Ok(Self::Solved(Box::new(solved))),
-            Ok(None) => "no equilibrium with contact was found next to that without".into(),
-            Err(
-                problem @ (ClearanceProblem::Spatial
-                | ClearanceProblem::Flips(_)
-                | ClearanceProblem::Turned
-                | ClearanceProblem::Load(_)),
-            ) => problem.to_string(),
-            Err(problem) => return Err(wrong(problem)),
-        };
-        let gaps: Vec<_> = clearance.gaps.into_iter().map(Some).collect();
-        let own = solver.integrated(found);
-        let play = own.and_then(|own| Play::of(&mut own.solver(), &own.equilibrium, &gaps));
-        Self::estimated(play, because)
+        let found = solver.with_clearance(found, &Clearance { guide, ..clearance }).map_err(wrong)?;
+        let found = found.ok_or_else(|| {
+            Failure::NoEquilibrium(
+                "--clearance: no equilibrium with contact was found next to that without; command less, or let cppr limits estimate what gaps change".into(),
+            )
+        })?;
+        Ok(Self::Solved(Box::new(found)))
     }
 
     /// Of a robot with parts.
@@ -156,7 +163,7 @@ impl Gapped {
         let play = Play::of(solver, found, &gap.between(known));
         Self::estimated(
             play,
-            "clearance is solved for in robots of one length without parts, in the plane".into(),
+            "clearance is solved for in robots of one length without parts and joints".into(),
         )
     }
 
@@ -182,7 +189,7 @@ impl Gapped {
         let tip = <[f64; 3]>::from(found.tip() * 1e3).map(|c| format!("{:>10}", plain(c, 3))).join(" ");
         let mut lines = vec![
             ("with gaps".into(), format!("{tip} mm, the tip")),
-            (String::new(), format!("{:>10} deg, the bend", plain(found.bend().abs().to_degrees(), 3))),
+            (String::new(), format!("{:>10} deg, the bend", plain(found.bend().to_degrees(), 3))),
         ];
         for (tube, own) in (2..).zip(&found.followers) {
             let (pull, force) = (plain(own.pull * 1e3, 3), plain(own.tension, 4));
@@ -190,12 +197,10 @@ impl Gapped {
         }
         for pair in &found.pairs {
             let zone = |zone: &Zone| {
-                let side = if zone.side > 0.0 { "+Y" } else { "-Y" };
                 let [from, to] = [zone.from, zone.to].map(|x| plain(x * 1e3, 1));
-                format!(
-                    "on the wall towards {side} from {from} to {to} mm with {} N",
-                    plain(zone.force.abs(), 3)
-                )
+                let [first, last] = zone.angles.map(|angle| plain(angle.to_degrees(), 0));
+                let turns = if first == last { first } else { format!("{first} to {last}") };
+                format!("on the wall at {turns} deg from {from} to {to} mm with {} N", plain(zone.force, 3))
             };
             let zones: Vec<String> = pair.zones.iter().map(zone).collect();
             let zones = if zones.is_empty() { "nowhere on the wall".into() } else { zones.join(", ") };
@@ -226,12 +231,13 @@ impl Gapped {
         whole
     }
 
-    /// The axis of tube 1, for the picture of the shape in the plane.
-    pub fn line(&self) -> Option<Series> {
+    /// The axis of tube 1, for a picture of the shape over two axes of the base.
+    pub fn line(&self, [across, up]: [usize; 2]) -> Option<Series> {
         let Self::Solved(found) = self else { return None };
+        let above = found.labels.iter().zip(&found.centres).filter(|(label, _)| **label >= 0.0);
         Some(Series {
             name: "centreline with gaps".into(),
-            points: found.centres.iter().map(|centre| [centre.x * 1e3, centre.y * 1e3]).collect(),
+            points: above.map(|(_, centre)| [centre[across] * 1e3, centre[up] * 1e3]).collect(),
             line: Some(tube_stroke(3)),
             ..Series::default()
         })
@@ -244,30 +250,64 @@ impl Gapped {
         if widest <= 0.0 {
             return Vec::new();
         }
-        let along = || Axis::new("label of tube 1", "mm");
-        let series = |of: &dyn Fn(usize) -> Vec<f64>| -> Vec<Series> {
-            let one = |(k, pair): (usize, &cppr::clearance::PairClearance)| Series {
+        let series = |of: &dyn Fn(&PairClearance) -> Vec<[f64; 2]>| -> Vec<Series> {
+            let one = |pair: &PairClearance| Series {
                 name: format!("tube {} in tube {}", pair.inner + 1, pair.outer + 1),
-                points: found.labels.iter().zip(of(k)).map(|(x, y)| [x * 1e3, y]).collect(),
+                points: of(pair),
                 line: Some(tube_stroke(pair.inner + 1)),
                 ..Series::default()
             };
-            found.pairs.iter().enumerate().map(one).collect()
+            found.pairs.iter().map(one).collect()
         };
-        let offsets = series(&|k| found.pairs[k].offset.iter().map(|own| own * 1e3).collect());
-        let forces = series(&|k| found.pairs[k].force.iter().map(|own| own * 1e-3).collect());
-        let mut aside = Axis::new("offset in the gap", "mm");
-        aside.range = Some([-1.05 * widest, 1.05 * widest]);
-        let mut pressed = Axis::new("force of the wall", "N/mm");
-        pressed.zero_line = true;
-        [(aside, offsets), (pressed, forces)]
-            .into_iter()
-            .map(|(y, series)| Panel { height: TALL, series, ..Panel::new(along(), y) })
-            .collect()
+        let along = |values: &[[f64; 2]], of: &dyn Fn(&[f64; 2]) -> f64| -> Vec<[f64; 2]> {
+            found.labels.iter().zip(values).map(|(x, own)| [x * 1e3, of(own)]).collect()
+        };
+        let size = |own: &[f64; 2]| own[0].hypot(own[1]);
+        let mut offsets = Axis::new("offset in the gap", "mm");
+        let mut forces = Axis::new("force of the wall", "N/mm");
+        let planar = found.pairs.iter().flat_map(|pair| &pair.offset).all(|own| own[1].abs() < FLAT * widest);
+        let panels = if planar {
+            offsets.range = Some([-1.05 * widest, 1.05 * widest]);
+            forces.zero_line = true;
+            vec![
+                (offsets, series(&|pair| along(&pair.offset, &|own| own[0] * 1e3))),
+                (forces, series(&|pair| along(&pair.force, &|own| own[0] * 1e-3))),
+            ]
+        } else {
+            offsets.range = Some([0.0, 1.05 * widest]);
+            forces.include_zero = true;
+            vec![
+                (offsets, series(&|pair| along(&pair.offset, &|own| size(own) * 1e3))),
+                (
+                    Axis::new("direction of the offset", "deg"),
+                    series(&|pair| directions(&found.labels, pair)),
+                ),
+                (forces, series(&|pair| along(&pair.force, &|own| size(own) * 1e-3))),
+            ]
+        };
+        let panel =
+            |(y, series)| Panel { height: TALL, series, ..Panel::new(Axis::new("label of tube 1", "mm"), y) };
+        panels.into_iter().map(panel).collect()
     }
 }
 
+/// Labels (mm) and directions of a pair's offset (deg), without jumps of a full turn, where the inner tube lies far enough from the axis to have one.
+fn directions(labels: &[f64], pair: &PairClearance) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for (label, [y, z]) in labels.iter().zip(&pair.offset) {
+        if y.hypot(*z) > ASIDE * pair.gap {
+            let angle = z.atan2(*y).to_degrees();
+            let turns = points.last().map_or(0.0, |before| ((angle - before[1]) / 360.0).round());
+            points.push([label * 1e3, angle - 360.0 * turns]);
+        }
+    }
+    points
+}
+
 const TALL: f64 = 180.0;
+/// Offsets out of the plane (m) that are rounding, per gap (mm); part of the gap from which on an offset has a direction.
+const FLAT: f64 = 1e-9;
+const ASIDE: f64 = 0.1;
 
 /// Backlash below this (m) is none.
 const NOTHING: f64 = 1e-6;

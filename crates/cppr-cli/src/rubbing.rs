@@ -18,13 +18,14 @@ const TALL: f64 = 180.0;
 
 /// How tubes rub.
 #[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("guided").multiple(true))]
 pub struct FrictionArgs {
     /// Coefficient of friction between the tubes: give the two answers, of motors driven on and of motors driven back, between which friction leaves the robot
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, group = "guided", value_parser = coefficient)]
     friction: Option<f64>,
     /// Length of the guide below the plate in which tubes are held: adds its friction
-    #[arg(long, value_name = "LENGTH", requires = "friction", value_parser = guide)]
-    guide: Option<f64>,
+    #[arg(long, value_name = "LENGTH", requires = "guided", value_parser = guide)]
+    pub guide: Option<f64>,
 }
 
 impl FrictionArgs {

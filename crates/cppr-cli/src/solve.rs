@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::bundle;
-use crate::clearance::{Gap, Gapped, gap};
+use crate::clearance::{Gap, Gapped, gap, guide_gap};
 use crate::command::{CommandArgs, build, no_equilibrium, thread_has_direction};
 use crate::exceeded::Exceeded;
 use crate::figure;
@@ -15,6 +15,7 @@ use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::{Followed, Teeth};
+use cppr::clearance::Guide;
 use cppr::solve::{Equilibrium, Solver};
 use cppr_io::bundle_file::Described;
 use cppr_io::result::{AccuracyRecord, ResultRecord};
@@ -40,6 +41,8 @@ Examples:
   cppr solve robots/r1.toml --pull 6mm --friction 0.2 --guide 20mm
   cppr solve robots/r3.toml --pull 9mm --contact --plot contact.svg
   cppr solve robots/r1.toml --pull 6mm --clearance radii --plot gaps.svg
+  cppr solve robots/r1.toml --pull 6mm --clearance radii --guide 20mm --guide-gap 0.5mm
+  cppr solve robots/helicoid.toml --pull 8mm --clearance radii --plot winding.svg
   cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
   cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
   cppr solve robots/wrists/superelastic.toml --tension 2=1N --hysteresis --plot hysteresis.svg
@@ -70,9 +73,12 @@ pub struct Args {
     /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
     #[arg(long)]
     pub contact: bool,
-    /// Solve with a radial gap of this size between all tubes, or with those that the `radii` leave: in the plane with contact, else estimated
+    /// Solve with a radial gap of this size between all tubes, or with those that the `radii` leave, and contact at the walls; estimated for robots with parts or joints
     #[arg(long, value_name = "GAP", allow_hyphen_values = true, value_parser = gap)]
     pub clearance: Option<Gap>,
+    /// Radial gap between tube 2 and the --guide below the plate, at whose lower end the motors hold the tubes; without it they leave the plate on the axis and straight
+    #[arg(long, value_name = "GAP", allow_hyphen_values = true, requires_all = ["clearance", "guide"], group = "guided", value_parser = guide_gap)]
+    pub guide_gap: Option<f64>,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub samples: u32,
@@ -153,8 +159,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.draw(|| {
         let mut figure = figure::shape(&mut solver, found, args.samples as usize)?;
-        if let (Some(panel), Some(gapped)) = (figure.panels.first_mut(), &touch.gapped) {
-            panel.series.extend(gapped.line());
+        // In the plane there is the first of these views alone; the second of four is in perspective.
+        for (view, axes) in [(0, [0, 1]), (2, [0, 2]), (3, [1, 2])] {
+            if let (Some(panel), Some(gapped)) = (figure.panels.get_mut(view), &touch.gapped) {
+                panel.series.extend(gapped.line(axes));
+            }
         }
         figure.panels.extend(touch.panels());
         Ok(figure)
@@ -167,7 +176,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the tubes do to each other, where that is asked for.
 fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch, Failure> {
-    let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap)).transpose()?;
+    let guide = args.friction.guide.zip(args.guide_gap).map(|(length, gap)| Guide { length, gap });
+    let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap, guide)).transpose()?;
     if !(args.contact || args.friction.friction().is_some()) {
         return Ok(Touch { gapped, ..Touch::default() });
     }

@@ -160,9 +160,9 @@ fn sweeps_searches_and_sensing_know_friction() {
     assert!(json(&[&target[..], &there].concat())["friction"].is_null());
 }
 
-/// In the plane a robot is solved with contact, near what is estimated; else the estimate is told, and why it is one.
+/// A robot of one length is solved with contact, near what is estimated; of others the estimate is told, and why it is one.
 #[test]
-fn gaps_are_solved_for_in_the_plane_and_estimated_elsewhere() {
+fn gaps_are_solved_for_or_estimated() {
     let pose = ["robots/r1.toml", "--pull", "6mm", "--json", "-"];
     let whole = json(&[&["solve"][..], &pose, &["--clearance", "radii"]].concat());
     let estimate = json(&[&["limits"][..], &pose].concat());
@@ -173,7 +173,7 @@ fn gaps_are_solved_for_in_the_plane_and_estimated_elsewhere() {
     assert!((force(own, 2) / force(told, 2) - 1.0).abs() < 0.01 && force(own, 2) < 0.9 * force(&whole, 2));
     let output = cppr(&["solve", "robots/r1.toml", "--pull", "6mm", "--clearance", "0.5mm"]);
     let said = text(&output.stdout);
-    assert!(said.contains("on the wall towards -Y"), "{said}");
+    assert!(said.contains("on the wall at 180 deg"), "{said}");
     // An edge at the plate, and next to it: the tip moves by no more than the pull and its lever make it.
     let tip = |pull: &str| {
         let load = ["--tip-force", "0,-0.1962,0N", "--clearance", "radii", "--json", "-"];
@@ -185,12 +185,26 @@ fn gaps_are_solved_for_in_the_plane_and_estimated_elsewhere() {
     for pull in ["-0.001mm", "0.001mm", "-1e-6mm"] {
         assert!((tip(pull) - at_plate).abs() < 5e-5, "{pull}");
     }
-    for robot in ["helicoid", "bundles/s_shape"] {
-        let robot = format!("robots/{robot}.toml");
-        let whole = json(&["solve", &robot, "--pull", "5mm", "--clearance", "0.1mm", "--json", "-"]);
-        assert_eq!(whole["clearance"]["method"], "estimated", "{robot}");
-        assert!(whole["clearance"]["because"].as_str().unwrap().contains("plane"), "{robot}");
-    }
+    let winding =
+        json(&["solve", "robots/helicoid.toml", "--pull", "5mm", "--clearance", "radii", "--json", "-"]);
+    let zone = &winding["clearance"]["pairs"][0]["zones"][0];
+    let [first, last] = [0, 1].map(|i| zone["angle_rad"][i].as_f64().unwrap());
+    assert!((last - first).abs() > 3.0, "the wall that is touched winds with the notches: {zone}");
+    let estimated = "robots/bundles/s_shape.toml";
+    let whole = json(&["solve", estimated, "--pull", "5mm", "--clearance", "0.1mm", "--json", "-"]);
+    assert_eq!(whole["clearance"]["method"], "estimated");
+    assert!(whole["clearance"]["because"].as_str().unwrap().contains("without parts"));
+    // Play in the guide is less force for the same pull.
+    let guide = ["--guide", "20mm", "--guide-gap", "0.5mm"];
+    let guided = json(&[&["solve"][..], &pose, &["--clearance", "radii"], &guide].concat());
+    assert!(force(&guided["clearance"], 2) < force(own, 2) - 0.02);
+    assert!(guided["clearance"]["x_m"][0].as_f64().unwrap() < -0.0199);
+    let asked = ["solve", "robots/r1.toml", "--pull", "1mm", "--clearance", "radii"];
+    refused(&[&asked[..], &["--guide", "20mm"]].concat(), "--guide-gap");
+    refused(&[&asked[..], &["--guide-gap", "1mm"]].concat(), "--guide <LENGTH>");
+    refused(&[&asked[..], &["--guide", "20mm", "--guide-gap", "radii"]].concat(), "for instance 0.1mm");
+    let parts = ["solve", estimated, "--pull", "1mm", "--clearance", "0.1mm"];
+    refused(&[&parts[..], &guide].concat(), "without parts");
     for (robot, gap, words) in [
         ("r1", "-0.1mm", "cannot be negative"),
         ("r1", "0.1", "unit"),

@@ -27,6 +27,7 @@ COMMANDS = {
         "robots/r1.toml --pull 3mm --friction 0.2 --guide 20mm --contact --samples 2",
         "robots/r1.toml --pull 3mm --clearance 0.2mm --samples 2",
         "robots/helicoid.toml --pull 5mm --clearance radii --samples 2",
+        "robots/r1.toml --pull 3mm --clearance 0.2mm --guide 20mm --guide-gap 0.1mm --samples 2",
         "crates/cppr-cli/tests/data/folds_on_the_way.toml --pull 2=0.02310248mm --pull 3=-0.08407234mm --rotate 3=14.037675deg --refine 4 --samples 2",
     ],
     "cycle": [

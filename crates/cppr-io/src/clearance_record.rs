@@ -26,12 +26,17 @@ pub fn estimate(own: &Estimate) -> Value {
 #[must_use]
 pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
     let actuators = own.followers.iter().enumerate().map(|(k, follower)| {
-        json!({ "tube": k + 2, "pull_m": follower.pull, "tension_N": follower.tension, "abscissa_m": follower.abscissa })
+        json!({
+            "tube": k + 2, "pull_m": follower.pull, "tension_N": follower.tension, "torque_N_m": follower.torque,
+            "abscissa_m": follower.abscissa, "tilt_rad": follower.tilt,
+        })
     });
     let pair = |pair: &PairClearance| {
-        let zones = pair.zones.iter().map(
-            |zone| json!({ "from_m": zone.from, "to_m": zone.to, "side": zone.side, "force_N": zone.force }),
-        );
+        let zones = pair.zones.iter().map(|zone| {
+            json!({
+                "from_m": zone.from, "to_m": zone.to, "angle_rad": zone.angles, "force_N": zone.force,
+            })
+        });
         json!({
             "outer": pair.outer + 1, "inner": pair.inner + 1, "gap_m": pair.gap,
             "mean_offset_m": pair.mean(&own.labels)[0], "zones": zones.collect::<Vec<_>>(),
@@ -39,10 +44,11 @@ pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
         })
     };
     let centres = own.centres.iter().map(|centre| <[f64; 3]>::from(*centre));
+    let axes = own.frames.iter().map(|frame| <[[f64; 3]; 3]>::from(*frame));
     json!({
         "tip_position_m": <[f64; 3]>::from(own.tip()), "bend_angle_rad": own.bend(),
         "error": { "tip_m": own.error[0], "force_N": own.error[1] },
         "actuators": actuators.collect::<Vec<_>>(), "pairs": own.pairs.iter().map(pair).collect::<Vec<_>>(),
-        "x_m": own.labels, "centre_m": centres.collect::<Vec<_>>(), "angle_rad": own.angles,
+        "x_m": own.labels, "centre_m": centres.collect::<Vec<_>>(), "axes": axes.collect::<Vec<_>>(),
     })
 }

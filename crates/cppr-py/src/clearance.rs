@@ -1,10 +1,10 @@
 //! Gaps between the tubes as dictionaries of arrays.
 
-use crate::arrays::{line, table};
+use crate::arrays::{block, line, table};
 use crate::errors;
 use crate::robot::Shared;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
-use cppr::clearance::Clearance;
+use cppr::clearance::{Clearance, Guide};
 use cppr::solve::Equilibrium;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -53,12 +53,13 @@ pub fn estimate<'py>(
     Ok(dict)
 }
 
-/// The equilibrium with gaps, in the plane.
+/// The equilibrium with gaps.
 pub fn solve<'py>(
     py: Python<'py>,
     shared: &Shared,
     start: &Equilibrium,
     gap: Option<f64>,
+    guide: Option<(f64, f64)>,
     elements: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let wrong = |problem: cppr::clearance::ClearanceProblem| PyValueError::new_err(problem.to_string());
@@ -67,7 +68,8 @@ pub fn solve<'py>(
         Some(gap) => Clearance::equal(robot, gap),
         None => Clearance::of(robot).map_err(wrong)?,
     };
-    let own = Clearance { elements, ..own };
+    let guide = guide.map(|(length, gap)| Guide { length, gap });
+    let own = Clearance { guide, elements, ..own };
     let found = py.detach(|| shared.with(|solver| solver.with_clearance(start, &own))).map_err(wrong)?;
     let found = found.ok_or_else(|| {
         errors::error(py, "NoEquilibrium", "no equilibrium with gaps was found next to that without")
@@ -78,18 +80,20 @@ pub fn solve<'py>(
     dict.set_item("error", (found.error[0], found.error[1]))?;
     dict.set_item("pull", line(py, found.followers.iter().map(|own| own.pull)))?;
     dict.set_item("tension", line(py, found.followers.iter().map(|own| own.tension)))?;
+    dict.set_item("torque", line(py, found.followers.iter().map(|own| own.torque)))?;
     dict.set_item("labels", line(py, found.labels.iter().copied()))?;
     dict.set_item("centres", table(py, found.centres.iter().flat_map(|c| [c.x, c.y, c.z]).collect(), 3)?)?;
-    dict.set_item("angles", line(py, found.angles.iter().copied()))?;
+    let axes = found.frames.iter().flat_map(|own| own.transpose().iter().copied().collect::<Vec<_>>());
+    dict.set_item("frames", block(py, axes.collect(), [3, 3])?)?;
     let pairs = found.pairs.iter().map(|pair| {
         let own = PyDict::new(py);
         own.set_item("outer", pair.outer + 1)?;
         own.set_item("inner", pair.inner + 1)?;
         own.set_item("gap", pair.gap)?;
         own.set_item("mean_offset", pair.mean(&found.labels)[0])?;
-        own.set_item("offset", line(py, pair.offset.iter().copied()))?;
-        own.set_item("force", line(py, pair.force.iter().copied()))?;
-        let zones = pair.zones.iter().map(|zone| (zone.from, zone.to, zone.side, zone.force));
+        own.set_item("offset", table(py, pair.offset.concat(), 2)?)?;
+        own.set_item("force", table(py, pair.force.concat(), 2)?)?;
+        let zones = pair.zones.iter().map(|zone| (zone.from, zone.to, zone.angles, zone.force));
         own.set_item("zones", zones.collect::<Vec<_>>())?;
         Ok(own)
     });

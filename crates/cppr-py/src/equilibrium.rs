@@ -143,15 +143,16 @@ impl Equilibrium {
         clearance::estimate(py, &mut own.solver(), &own.equilibrium, &gaps)
     }
 
-    /// The equilibrium with gaps between the tubes, in the plane.
-    #[pyo3(signature = (gap = None, *, elements = 120))]
+    /// The equilibrium with gaps between the tubes.
+    #[pyo3(signature = (gap = None, *, guide = None, elements = 120))]
     fn with_clearance<'py>(
         &self,
         py: Python<'py>,
         gap: Option<f64>,
+        guide: Option<(f64, f64)>,
         elements: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        clearance::solve(py, &self.shared, &self.found, gap, elements)
+        clearance::solve(py, &self.shared, &self.found, gap, guide, elements)
     }
 
     #[getter]

@@ -312,11 +312,21 @@ def test_gaps_are_estimated() -> None:
     (pair,) = solved["pairs"]
     assert pair["mean_offset"] == pytest.approx(told[0]["pairs"][0]["offset"], rel=0.05)
     assert solved["tension"] == pytest.approx(told[0]["tension"][1:], rel=0.01) and solved["error"][0] < 1e-5
-    assert np.allclose(solved["centres"][-1], solved["tip_position"]) and pair["offset"].shape == solved["labels"].shape
-    ((start, end, side, force),) = pair["zones"]
-    assert 0.02 < start < end < 0.13 and side == -1 and force == pytest.approx(np.trapezoid(pair["force"], solved["labels"]), rel=0.02)
-    with pytest.raises(ValueError, match="in the plane"):
-        cppr.Robot.from_toml(ROOT / "robots/helicoid.toml").solve(pull=5 * cppr.mm).with_clearance()
+    assert np.allclose(solved["centres"][-1], solved["tip_position"]) and pair["offset"].shape == (*solved["labels"].shape, 2)
+    ((start, end, angles, force),) = pair["zones"]
+    assert 0.02 < start < end < 0.13 and np.allclose(np.cos(angles), -1)
+    assert force == pytest.approx(np.trapezoid(np.linalg.norm(pair["force"], axis=1), solved["labels"]), rel=0.02)
+    loose = modal.with_clearance(guide=(20 * cppr.mm, 0.5 * cppr.mm), elements=60)
+    assert loose["labels"][0] == pytest.approx(-20e-3) and loose["tension"][0] < solved["tension"][0]
+    with pytest.raises(ValueError, match="length of at least 0"):
+        modal.with_clearance(guide=(20 * cppr.mm, -1.0))
+    spatial = cppr.Robot.from_toml(ROOT / "robots/helicoid.toml").solve(pull=5 * cppr.mm).with_clearance(elements=60)
+    (pair,) = spatial["pairs"]
+    frames = spatial["frames"]
+    assert np.allclose(np.einsum("nij,nik->njk", frames, frames), np.eye(3), atol=1e-9) and np.allclose(np.linalg.det(frames), 1)
+    steps = np.diff(spatial["centres"], axis=0)
+    assert np.allclose(np.einsum("ni,ni->n", steps, frames[:-1, :, 0]), np.linalg.norm(steps, axis=1), rtol=2e-2)
+    assert np.ptp(np.unwrap(np.arctan2(*pair["offset"][20:-20].T[::-1]))) > 1, "the notches wind about the axis, and so does what lies on the wall"
 
 
 def test_a_cycle_comes_back_to_its_loop() -> None:

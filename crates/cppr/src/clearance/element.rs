@@ -1,244 +1,375 @@
-//! Energy of one element: a stretch of the leader with what every follower does beside it, in the plane.
+//! Energy of one element of one tube: a rod between two nodes, in space.
 //!
-//! The leader's label X, a length of its centroid line at rest, counts the sections; θ is the leader's angle, K = θ' its turning. With the centroid of the leader at σ_1 D_1 in the direction Y, and its stretch e,
-//! a line at the height y over the leader's axis advances by a_c − y K per label, a_c = 1 + e + σ_1 D_1 K. So for a follower whose axis stands at the height y(X)
-//!
-//! ```text
-//! a = a_c − y K ,  y' = a tan α ,  g = √(a² + y'²) ,  K_k = K + α' ,  α' = (y'' a − y' a')/g² ,  G = g − σ_k D_k K_k .
-//! ```
-//!
-//! G is the length of the follower's centroid line per label. Where it does not stretch it is x', x the follower's own label, and ½ EI_k K_k²/G its energy; the
-//! tension λ holds the condition. With stretch, x' = h is free, ½ EI_k K_k²/h + ½ EA_k (G − h)²/h + λ h is least for
-//! h² = (½ EI_k K_k² + ½ EA_k G²)/(½ EA_k + λ), which leaves
+//! R(ξ), 0 ≤ ξ ≤ 1, is the rotation of the tube's material against that of the straight tube at rest, x(ξ) its label, a length of its centroid line, linear in ξ. With
 //!
 //! ```text
-//! W = √((EI_k K_k² + EA_k G²)(EA_k + 2 λ)) − EA_k G .
+//! R(ξ) = R_a exp(Θ(ξ)^) ,   Θ(0) = 0 ,  Θ(½) = Θ_m ,  Θ(1) = log(R_aᵀ R_b) ,   Θ quadratic,   k = J(Θ)ᵀ dΘ/dξ ,
 //! ```
 //!
-//! Of these θ is a quadratic polynomial of X in the element, e and x are linear, y is Hermite's cubic with the slopes a tan α at the nodes: what joins
-//! the elements is the angle α, which stays continuous where a jumps. λ is constant. Everything is in units of the length L, of EI and of EI/L².
+//! k are the rates of twist and bending per ξ. Where the centroid stands at D in the direction φ of the section, the axis advances along its tangent t = R e_x by
+//! a = Δx (1 + e) + D k_Z per ξ. The force n that the element carries, constant along it, holds its ends at their places p:
+//!
+//! ```text
+//! W = ∫ ½ (GJ k_x² + EI_Y k_Y² + EI_Z k_Z²)/Δx − (n·t) a + ½ EA e² Δx dξ + n·(p_b − p_a) ,
+//! ```
+//!
+//! where a tube that stretches has e = n·t/EA. A force f per label (the weight of the tube, or a load) does the work ∫ f·p dx with p of the same formula:
+//! (1 − ξ) Δx f is added to n in the integral, and Δx f·p_a taken off. Everything is in units of the length L, of EI and of EI/L².
 
 use super::number::Second;
 use crate::design::fields::{Fields, Jet, Part};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::array::from_fn;
 
-/// Inputs of an element.
-pub(super) const INPUTS: usize = 14;
+/// Places of an element's inputs: small turns of both ends about their own axes, with Θ_m between; labels; force; places of the ends. Each but the labels has three components.
+pub(super) const TURNS: [usize; 2] = [0, 6];
+pub(super) const MIDDLE: usize = 3;
+pub(super) const LABELS: [usize; 2] = [9, 10];
+pub(super) const FORCE: usize = 11;
+pub(super) const PLACES: [usize; 2] = [14, 17];
+pub(super) const INPUTS: usize = 20;
 pub(super) type Number = Second<INPUTS>;
 
-/// Places of the inputs: the leader's angles at both ends and the middle, its stretch at both ends; angle α, height y and label x of the follower at both ends, its tension; labels of the ends.
-pub(super) const ANGLES: [usize; 3] = [0, 1, 2];
-pub(super) const STRETCHES: [usize; 2] = [3, 4];
-pub(super) const FIRST: [usize; 3] = [5, 6, 7];
-pub(super) const LAST: [usize; 3] = [8, 9, 10];
-pub(super) const TENSION: usize = 11;
-pub(super) const LABELS: [usize; 2] = [12, 13];
+/// Inputs of the rotation alone.
+const ROTATIONS: usize = 9;
+type Turning = Second<ROTATIONS>;
+
+/// Inputs of the energy at a point: k, label, Δx; t along the force, the gravity and the load; gravity along the section's material axes; gravity and load along p_a.
+const LOCAL: usize = 12;
+type Local = Second<LOCAL>;
+const ALONG_FORCE: usize = 5;
 
 /// Gauss points on [0, 1] and their weights.
 const RULE: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
+/// Series in the squared angle of sin ϑ/ϑ, (1 − cos ϑ)/ϑ², (ϑ − sin ϑ)/ϑ³ and, in the squared sine, of asin(s)/s: the angle of an element is small.
+const SINE: [f64; 7] = [
+    1.0,
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+];
+const COSINE: [f64; 7] = [
+    0.5,
+    -1.0 / 24.0,
+    1.0 / 720.0,
+    -1.0 / 40_320.0,
+    1.0 / 3_628_800.0,
+    -1.0 / 479_001_600.0,
+    1.0 / 87_178_291_200.0,
+];
+const THIRD: [f64; 7] = [
+    1.0 / 6.0,
+    -1.0 / 120.0,
+    1.0 / 5040.0,
+    -1.0 / 362_880.0,
+    1.0 / 39_916_800.0,
+    -1.0 / 6_227_020_800.0,
+    1.0 / 1_307_674_368_000.0,
+];
+const ARC: [f64; 7] =
+    [1.0, 1.0 / 6.0, 3.0 / 40.0, 5.0 / 112.0, 35.0 / 1152.0, 63.0 / 2816.0, 231.0 / 13_312.0];
+
 /// One tube, in scaled units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TubeFields<'a> {
     pub fields: &'a Fields,
-    /// +1 where its centroid lies towards +Y.
-    pub side: f64,
     /// Units of length (m) and of bending stiffness (N m²).
     pub units: [f64; 2],
+    pub stretches: bool,
+}
+
+/// Forces per label on a tube: gravity, times its mass per length, and a load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spread {
+    pub gravity: Vector3<f64>,
+    pub load: Vector3<f64>,
+}
+
+/// An element and the values of its inputs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Element {
+    pub turns: [UnitQuaternion<f64>; 2],
+    pub middle: Vector3<f64>,
+    pub labels: [f64; 2],
+    pub force: Vector3<f64>,
+    pub places: [Vector3<f64>; 2],
+    pub part: Part,
+}
+
+type Triple = [Turning; 3];
+
+fn cross(a: &Triple, b: &Triple) -> Triple {
+    from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
+
+fn series(square: &Turning, coefficients: &[f64; 7]) -> Turning {
+    let t = square.value;
+    let [mut value, mut slope, mut bend] = [0.0; 3];
+    for own in coefficients.iter().rev() {
+        (value, slope, bend) = (value * t + own, slope * t + value, bend * t + 2.0 * slope);
+    }
+    square.chain([value, slope, bend])
+}
+
+fn square(v: &Triple) -> Turning {
+    v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+}
+
+/// Quaternions a b.
+fn product(a: &[Turning; 4], b: &[Turning; 4]) -> [Turning; 4] {
+    let ([s, x, y, z], [t, u, v, w]) = (*a, *b);
+    [
+        s * t - x * u - y * v - z * w,
+        s * u + x * t + y * w - z * v,
+        s * v + y * t + z * u - x * w,
+        s * w + z * t + x * v - y * u,
+    ]
+}
+
+/// exp(±δ/2) of three inputs whose value is 0, to second order.
+fn turn(first: usize, sign: f64) -> [Turning; 4] {
+    let own: Triple = from_fn(|i| Turning::input(0.0, first + i));
+    [square(&own) * -0.125 + 1.0, own[0] * (0.5 * sign), own[1] * (0.5 * sign), own[2] * (0.5 * sign)]
+}
+
+/// Rotation within an element.
+struct Course {
+    middle: Triple,
+    last: Triple,
+}
+
+impl Course {
+    fn of(element: &Element) -> Self {
+        let between = element.turns[0].inverse() * element.turns[1];
+        let sign = if between.w < 0.0 { -1.0 } else { 1.0 };
+        let between = [between.w, between.i, between.j, between.k].map(|own| Turning::constant(sign * own));
+        let [_, v @ ..] = product(&product(&turn(TURNS[0], -1.0), &between), &turn(TURNS[1], 1.0));
+        let arc = series(&square(&v), &ARC) * 2.0;
+        Self {
+            middle: from_fn(|i| Turning::input(element.middle[i], MIDDLE + i)),
+            last: v.map(|own| own * arc),
+        }
+    }
+
+    /// Θ and dΘ/dξ.
+    fn at(&self, xi: f64) -> [Triple; 2] {
+        let mix = |m: f64, l: f64| from_fn(|i| self.middle[i] * m + self.last[i] * l);
+        [mix(4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)), mix(4.0 - 8.0 * xi, 4.0 * xi - 1.0)]
+    }
+}
+
+/// Twist and bending per ξ.
+fn rates([theta, rate]: &[Triple; 2]) -> Triple {
+    let across = cross(theta, rate);
+    let twice = cross(theta, &across);
+    let angle = square(theta);
+    let (c, third) = (series(&angle, &COSINE), series(&angle, &THIRD));
+    from_fn(|i| rate[i] - c * across[i] + third * twice[i])
+}
+
+impl Element {
+    /// A material axis in the base frame where the rotation vector against the first end is Θ.
+    fn axis(&self, theta: &Triple, which: usize) -> Triple {
+        let unit: Triple = from_fn(|i| Turning::constant(if i == which { 1.0 } else { 0.0 }));
+        let across = cross(theta, &unit);
+        let twice = cross(theta, &across);
+        let angle = square(theta);
+        let (s, c) = (series(&angle, &SINE), series(&angle, &COSINE));
+        let own: Triple = from_fn(|i| unit[i] + s * across[i] + c * twice[i]);
+        // The first end turns by a small δ of its own axes.
+        let small: Triple = from_fn(|i| Turning::input(0.0, TURNS[0] + i));
+        let once = cross(&small, &own);
+        let twice = cross(&small, &once);
+        let turned: Triple = from_fn(|i| own[i] + once[i] + twice[i] * 0.5);
+        let matrix = self.turns[0].to_rotation_matrix();
+        from_fn(|i| turned[0] * matrix[(i, 0)] + turned[1] * matrix[(i, 1)] + turned[2] * matrix[(i, 2)])
+    }
+
+    /// W with its derivatives by all inputs.
+    pub fn energy(&self, tube: &TubeFields, spread: &Spread) -> Number {
+        let course = Course::of(self);
+        let mut whole = Number::constant(0.0);
+        let [from, to] = self.labels;
+        let heavy = spread.gravity.norm() > 0.0;
+        for (xi, weight) in RULE {
+            let at = course.at(xi);
+            let k = rates(&at);
+            let tangent = self.axis(&at[0], 0);
+            let along = |v: &Vector3<f64>, axis: &Triple| axis[0] * v.x + axis[1] * v.y + axis[2] * v.z;
+            let mut inputs = [Turning::constant(0.0); LOCAL];
+            inputs[..3].copy_from_slice(&k);
+            inputs[3].value = from * (1.0 - xi) + to * xi;
+            inputs[4].value = to - from;
+            inputs[ALONG_FORCE] = along(&self.force, &tangent);
+            inputs[6] = along(&spread.gravity, &tangent);
+            inputs[7] = along(&spread.load, &tangent);
+            if heavy {
+                inputs[8] = along(&spread.gravity, &self.axis(&at[0], 1));
+                inputs[9] = along(&spread.gravity, &self.axis(&at[0], 2));
+            }
+            inputs[10].value = spread.gravity.dot(&self.places[0]);
+            inputs[11].value = spread.load.dot(&self.places[0]);
+            let local = tube.energy(&inputs.map(|own| own.value), self.part, xi) * weight;
+            // Slopes of the local inputs by those of the element.
+            let mut slopes = [[0.0; INPUTS]; LOCAL];
+            for (own, input) in slopes.iter_mut().zip(&inputs) {
+                own[..ROTATIONS].copy_from_slice(&input.slopes);
+            }
+            (slopes[3][LABELS[0]], slopes[3][LABELS[1]]) = (1.0 - xi, xi);
+            (slopes[4][LABELS[0]], slopes[4][LABELS[1]]) = (-1.0, 1.0);
+            for i in 0..3 {
+                slopes[ALONG_FORCE][FORCE + i] = tangent[i].value;
+                slopes[10][PLACES[0] + i] = spread.gravity[i];
+                slopes[11][PLACES[0] + i] = spread.load[i];
+            }
+            whole.value += local.value;
+            for (a, by) in slopes.iter().enumerate() {
+                let mut row = [0.0; INPUTS];
+                for (b, other) in slopes.iter().enumerate() {
+                    let bend = local.bends[a][b];
+                    for (own, other) in row.iter_mut().zip(other) {
+                        *own += bend * other;
+                    }
+                }
+                for (i, factor) in by.iter().enumerate() {
+                    whole.slopes[i] += local.slopes[a] * factor;
+                    for (own, value) in whole.bends[i].iter_mut().zip(&row) {
+                        *own += factor * value;
+                    }
+                }
+                for (own, bends) in whole.bends.iter_mut().zip(&inputs[a].bends) {
+                    for (own, bend) in own.iter_mut().zip(bends) {
+                        *own += local.slopes[a] * bend;
+                    }
+                }
+            }
+            for (i, tangent) in tangent.iter().enumerate() {
+                for (r, slope) in tangent.slopes.iter().enumerate() {
+                    let bend = local.slopes[ALONG_FORCE] * slope;
+                    whole.bends[r][FORCE + i] += bend;
+                    whole.bends[FORCE + i][r] += bend;
+                }
+            }
+        }
+        let way = self.places[1] - self.places[0];
+        whole.value += self.force.dot(&way);
+        for i in 0..3 {
+            whole.slopes[FORCE + i] += way[i];
+            for (place, sign) in PLACES.into_iter().zip([-1.0, 1.0]) {
+                whole.slopes[place + i] += sign * self.force[i];
+                whole.bends[FORCE + i][place + i] += sign;
+                whole.bends[place + i][FORCE + i] += sign;
+            }
+        }
+        whole
+    }
 }
 
 impl TubeFields<'_> {
-    /// σ D, EI and EA at a label of its own.
-    fn at(&self, label: &Number, part: Part) -> [Number; 3] {
+    /// Energy per ξ, with the work of force and loads, of the local inputs.
+    fn energy(&self, values: &[f64; LOCAL], part: Part, xi: f64) -> Local {
+        let [k_x, k_y, k_z, label, way, force, gravity, load, side_y, side_z, lifted, carried] =
+            from_fn(|i| Local::input(values[i], i));
         let [length, stiffness] = self.units;
         let jets = self.fields.jets(label.value * length, part);
         let scaled = |[value, slope, bend]: Jet, unit: f64| {
             label.chain([value / unit, slope * length / unit, bend * length * length / unit])
         };
-        [
-            scaled(jets.offset, length) * self.side,
-            scaled(jets.bending_z, stiffness),
-            scaled(jets.axial, stiffness / (length * length)),
-        ]
-    }
-
-    /// σ D and its slope by the label.
-    fn offset(&self, label: &Number) -> [Number; 2] {
-        let [length, _] = self.units;
-        let [value, slope, bend] = self.fields.offset(label.value * length, Part::Pattern);
-        // The third derivative of a cubic spline is constant on its cells; it would enter with K alone and is left out.
-        [
-            label.chain([value / length, slope, bend * length]) * self.side,
-            label.chain([slope, bend * length, 0.0]) * self.side,
-        ]
-    }
-}
-
-/// Where in the element, and what the leader does there.
-struct Place {
-    label: Number,
-    angle: Number,
-    turning: Number,
-    bending: Number,
-    stretch: Number,
-    /// a_c and its slope.
-    advance: [Number; 2],
-}
-
-/// An element and the values of its inputs.
-pub(super) struct Element<'a> {
-    pub leader: TubeFields<'a>,
-    pub inputs: [Number; INPUTS],
-    pub stretches: bool,
-}
-
-impl Element<'_> {
-    fn length(&self) -> Number {
-        self.inputs[LABELS[1]] - self.inputs[LABELS[0]]
-    }
-
-    fn place(&self, xi: f64) -> Place {
-        let [a, m, b] = ANGLES.map(|i| self.inputs[i]);
-        let inverse = self.length().inverse();
-        let angle =
-            a * ((1.0 - xi) * (1.0 - 2.0 * xi)) + m * (4.0 * xi * (1.0 - xi)) + b * (xi * (2.0 * xi - 1.0));
-        let turning = (a * (4.0 * xi - 3.0) + m * (4.0 - 8.0 * xi) + b * (4.0 * xi - 1.0)) * inverse;
-        let bending = (a * 4.0 - m * 8.0 + b * 4.0) * inverse * inverse;
-        let label = self.inputs[LABELS[0]] * (1.0 - xi) + self.inputs[LABELS[1]] * xi;
-        let [offset, slope] = self.leader.offset(&label);
-        let (mut advance, mut rate) = (offset * turning + 1.0, slope * turning + offset * bending);
-        let mut stretch = Number::constant(0.0);
+        let [phi, slope, bend, _] = jets.direction;
+        let (sin, cos) = label.chain([phi, slope * length, bend * length * length]).sin_cos();
+        let (bent_y, bent_z) = (k_y * cos + k_z * sin, k_z * cos - k_y * sin);
+        let offset = scaled(jets.offset, length);
+        let strained = scaled(jets.torsion, stiffness) * k_x * k_x
+            + scaled(jets.bending_y, stiffness) * bent_y * bent_y
+            + scaled(jets.bending_z, stiffness) * bent_z * bent_z;
+        let mass = scaled(jets.mass, 1.0);
+        let drawn = force + way * (mass * gravity + load) * (1.0 - xi);
+        let mut energy = strained * way.inverse() * 0.5
+            - drawn * (way + offset * bent_z)
+            - way * (mass * (lifted + offset * (side_y * cos + side_z * sin)) + carried);
         if self.stretches {
-            let [a, b] = STRETCHES.map(|i| self.inputs[i]);
-            stretch = a * (1.0 - xi) + b * xi;
-            advance = advance + stretch;
-            rate = rate + (b - a) * inverse;
+            let axial = scaled(jets.axial, stiffness / (length * length));
+            energy = energy - drawn * drawn * way * axial.inverse() * 0.5;
         }
-        Place { label, angle, turning, bending, stretch, advance: [advance, rate] }
-    }
-
-    /// Energy of the leader, and the potential of dead forces on its axis: `beyond` gives the force on all beyond a label, and its slope.
-    pub fn leader_energy(&self, beyond: impl Fn(f64) -> [[f64; 2]; 2]) -> Number {
-        let length = self.length();
-        let each = RULE.map(|(xi, weight)| {
-            let at = self.place(xi);
-            let [_, bending, axial] = self.leader.at(&at.label, Part::Pattern);
-            let mut energy = bending * at.turning * at.turning * 0.5;
-            if self.stretches {
-                energy = energy + axial * at.stretch * at.stretch * 0.5;
-            }
-            let [force, rate] = beyond(at.label.value);
-            if force[0].abs() + force[1].abs() > 0.0 {
-                let (sin, cos) = at.angle.sin_cos();
-                let [x, y] = from_fn(|i| at.label.chain([force[i], rate[i], 0.0]));
-                energy = energy - at.advance[0] * (cos * x + sin * y);
-            }
-            energy * length * weight
-        });
-        each[0] + each[1] + each[2]
-    }
-
-    /// How far the axis of the leader advances from end to end.
-    pub fn advance(&self) -> [f64; 2] {
-        let length = self.length().value;
-        RULE.iter().fold([0.0; 2], |[x, y], (xi, weight)| {
-            let at = self.place(*xi);
-            let (sin, cos) = at.angle.value.sin_cos();
-            let way = at.advance[0].value * length * weight;
-            [x + cos * way, y + sin * way]
-        })
-    }
-
-    /// Energy of a follower, with λ times what its label misses.
-    pub fn follower_energy(&self, tube: &TubeFields, part: Part) -> Number {
-        let length = self.length();
-        let inverse = length.inverse();
-        let [first, last] = [FIRST, LAST].map(|ends| ends.map(|i| self.inputs[i]));
-        let slopes: [Number; 2] = from_fn(|end| {
-            let at = self.place(if end == 0 { 0.0 } else { 1.0 });
-            let [alpha, height, _] = if end == 0 { first } else { last };
-            (at.advance[0] - height * at.turning) * alpha.tan()
-        });
-        let drop = (first[1] - last[1]) * inverse;
-        let tension = self.inputs[TENSION];
-        let each = RULE.map(|(xi, weight)| {
-            let at = self.place(xi);
-            let (x2, x3) = (xi * xi, xi * xi * xi);
-            let y = first[1] * (1.0 - 3.0 * x2 + 2.0 * x3)
-                + last[1] * (3.0 * x2 - 2.0 * x3)
-                + length * (slopes[0] * (xi - 2.0 * x2 + x3) + slopes[1] * (x3 - x2));
-            let slope = drop * (6.0 * x2 - 6.0 * xi)
-                + slopes[0] * (1.0 - 4.0 * xi + 3.0 * x2)
-                + slopes[1] * (3.0 * x2 - 2.0 * xi);
-            let bend = inverse
-                * (drop * (12.0 * xi - 6.0) + slopes[0] * (6.0 * xi - 4.0) + slopes[1] * (6.0 * xi - 2.0));
-            let a = at.advance[0] - y * at.turning;
-            let rate = at.advance[1] - slope * at.turning - y * at.bending;
-            let square = a * a + slope * slope;
-            let turning = at.turning + (bend * a - slope * rate) * square.inverse();
-            let label = first[2] * (1.0 - xi) + last[2] * xi;
-            let [offset, bending, axial] = tube.at(&label, part);
-            let line = square.sqrt() - offset * turning;
-            let bent = bending * turning * turning;
-            let energy = if self.stretches {
-                ((bent + axial * line * line) * (axial + tension * 2.0)).sqrt() - axial * line
-            } else {
-                bent * line.inverse() * 0.5 + tension * line
-            };
-            energy * length * weight
-        });
-        each[0] + each[1] + each[2] - tension * (last[2] - first[2])
+        energy
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Element, INPUTS, Number, TubeFields};
+    use super::{Element, FORCE, INPUTS, LABELS, MIDDLE, Number, PLACES, Spread, TURNS, TubeFields};
     use crate::design::fields::Part;
     use crate::design::{Profile, Robot, RobotDesign, StiffnessTube};
-    use std::f64::consts::PI;
+    use nalgebra::{UnitQuaternion, Vector3};
 
-    /// Slopes and second derivatives by all inputs against differences, with fields that vary, with and without stretch.
+    /// An element with its inputs moved.
+    fn moved(element: &Element, step: &[f64; INPUTS]) -> Element {
+        let three = |at: usize| Vector3::new(step[at], step[at + 1], step[at + 2]);
+        Element {
+            turns: [0, 1].map(|i| element.turns[i] * UnitQuaternion::from_scaled_axis(three(TURNS[i]))),
+            middle: element.middle + three(MIDDLE),
+            labels: [0, 1].map(|i| element.labels[i] + step[LABELS[i]]),
+            force: element.force + three(FORCE),
+            places: [0, 1].map(|i| element.places[i] + three(PLACES[i])),
+            part: element.part,
+        }
+    }
+
+    /// Slopes and second derivatives by all inputs against differences, with fields that vary, loads, with and without stretch.
     #[test]
     fn derivatives_are_those_of_the_energy() {
-        let tube = |offset: f64, stiffness: f64, direction: f64| StiffnessTube {
-            centroid_offset: Profile::constant(offset),
-            bending_z: Profile::linear(stiffness, 0.7 * stiffness),
+        let tube = StiffnessTube {
+            centroid_offset: Profile::linear(3e-3, 2e-3),
+            direction: Profile::linear(0.2, 1.4),
+            bending_z: Profile::linear(1.5e-3, 1e-3),
             axial: Some(Profile::linear(900.0, 700.0)),
-            ..StiffnessTube::uniform(offset, direction, [stiffness; 2], stiffness)
+            mass_per_length: Profile::linear(0.2, 0.1),
+            ..StiffnessTube::uniform(3e-3, 0.0, [4e-3, 1.5e-3], 2e-3)
         };
-        let tubes = vec![tube(3e-3, 1.5e-3, 0.0).into(), tube(1e-3, 0.8e-3, PI).into()];
-        let robot = Robot::from_design(RobotDesign { name: "pair".into(), length: 0.1, tubes }).unwrap();
-        let units = [0.1, 2.3e-3];
-        let fields =
-            [(0, 1.0), (1, -1.0)].map(|(i, side)| TubeFields { fields: &robot.fields()[i], side, units });
-        let at = [0.1, 0.12, 0.15, 1e-3, 2e-3, 0.03, 4e-3, 0.31, -0.02, 5e-3, 0.42, 6.0, 0.3, 0.4];
+        let robot =
+            Robot::from_design(RobotDesign { name: "one".into(), length: 0.1, tubes: vec![tube.into()] });
+        let robot = robot.unwrap();
+        let turn = |x: f64, y: f64, z: f64| UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
+        let first = turn(0.4, -0.3, 1.0);
+        let element = Element {
+            turns: [first, first * turn(0.05, -0.1, 0.12)],
+            middle: Vector3::new(0.02, -0.06, 0.05),
+            labels: [0.31, 0.42],
+            force: Vector3::new(1.0, -2.0, 3.0),
+            places: [Vector3::new(0.3, 0.1, -0.1), Vector3::new(0.36, 0.18, -0.05)],
+            part: Part::Pattern,
+        };
+        let spread = Spread { gravity: Vector3::new(0.5, -2.0, 1.0), load: Vector3::new(-0.3, 0.4, 1.0) };
         for stretches in [false, true] {
-            let energy = |values: [f64; INPUTS]| -> Number {
-                let inputs = std::array::from_fn(|i| Number::input(values[i], i));
-                let element = Element { leader: fields[0], inputs, stretches };
-                element.follower_energy(&fields[1], Part::Pattern)
-                    + element.leader_energy(|label| [[2.0, 3.0 - 0.5 * label], [0.0, -0.5]])
+            let tube = TubeFields { fields: &robot.fields()[0], units: [0.1, 2.3e-3], stretches };
+            let own = element.energy(&tube, &spread);
+            let h = 1e-4;
+            let at = |steps: [(usize, f64); 2]| -> Number {
+                let mut step = [0.0; INPUTS];
+                for (i, way) in steps {
+                    step[i] += way;
+                }
+                moved(&element, &step).energy(&tube, &spread)
             };
-            let own = energy(at);
             for i in 0..INPUTS {
-                let step = 1e-5;
-                let [before, after] = [-step, step].map(|s| {
-                    let mut moved = at;
-                    moved[i] += s;
-                    energy(moved)
-                });
-                let slope = (after.value - before.value) / (2.0 * step);
-                let size = own.slopes[i].abs().max(1.0);
-                assert!((slope - own.slopes[i]).abs() < 1e-6 * size, "{i}: {slope} for {}", own.slopes[i]);
+                let [before, after] = [-h, h].map(|s| at([(i, s), (i, 0.0)]).value);
+                let slope = (after - before) / (2.0 * h);
+                assert!((slope - own.slopes[i]).abs() < 1e-5, "{i}: {slope} for {}", own.slopes[i]);
                 for j in 0..INPUTS {
-                    let bend = (after.slopes[j] - before.slopes[j]) / (2.0 * step);
-                    let size = own.bends[j][j].abs().max(own.bends[i][i].abs()).max(1.0);
+                    let four = [(h, h), (-h, -h), (h, -h), (-h, h)].map(|(a, b)| at([(i, a), (j, b)]).value);
+                    let bend = (four[0] + four[1] - four[2] - four[3]) / (4.0 * h * h);
+                    let known = own.bends[i][j];
                     assert!(
-                        (bend - own.bends[i][j]).abs() < 1e-5 * size,
-                        "{i}, {j}: {bend} for {}",
-                        own.bends[i][j]
+                        (bend - known).abs() < 1e-5 * known.abs().max(1.0),
+                        "{i}, {j}: {bend} for {known}"
                     );
                 }
             }

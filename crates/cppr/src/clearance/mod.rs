@@ -2,15 +2,18 @@
 //!
 //! Without clearance all tubes have one centreline. With a gap δ the inner tube of a pair bends aside in the bore of the outer one until it meets its
 //! wall, which raises the lever between both. [`estimate()`] tells by how much from an equilibrium without clearance, for any bundle;
-//! [`Solver::with_clearance`](crate::solve::Solver::with_clearance) solves for it, in the plane and for robots whose tubes have one length.
+//! [`Solver::with_clearance`](crate::solve::Solver::with_clearance) solves for it, for robots whose tubes have one length.
 
 mod banded;
 mod element;
+mod equilibrium;
 mod estimate;
+mod mesh;
 mod number;
-mod planar;
 mod state;
 mod system;
 
+pub use equilibrium::{
+    Clearance, ClearanceEquilibrium, ClearanceProblem, FollowerClearance, Guide, PairClearance, Zone,
+};
 pub use estimate::{Estimate, PairEstimate, estimate};
-pub use planar::{Clearance, ClearanceEquilibrium, ClearanceProblem, FollowerClearance, PairClearance, Zone};

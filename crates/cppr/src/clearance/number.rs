@@ -1,7 +1,7 @@
 //! Numbers with their first and second derivatives by N inputs.
 
 use std::array::from_fn;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Mul, Sub};
 
 /// A value, its slopes and its second derivatives by N inputs.
 #[derive(Clone, Copy, Debug)]
@@ -22,32 +22,35 @@ impl<const N: usize> Second<N> {
     }
 
     /// A function of the number: its value and derivatives there.
-    pub fn chain(self, [value, slope, bend]: [f64; 3]) -> Self {
-        let own = self.slopes;
-        Self {
-            value,
-            slopes: own.map(|s| slope * s),
-            bends: from_fn(|i| {
-                let across = bend * own[i];
-                from_fn(|j| slope * self.bends[i][j] + across * own[j])
-            }),
+    pub fn chain(mut self, [value, slope, bend]: [f64; 3]) -> Self {
+        self.value = value;
+        for (i, row) in self.bends.iter_mut().enumerate() {
+            let across = bend * self.slopes[i];
+            for (own, other) in row.iter_mut().zip(&self.slopes) {
+                *own = slope * *own + across * other;
+            }
         }
+        for own in &mut self.slopes {
+            *own *= slope;
+        }
+        self
+    }
+
+    /// Adds a factor times another number.
+    fn plus(mut self, factor: f64, other: &Self) -> Self {
+        self.value += factor * other.value;
+        for (own, other) in self.slopes.iter_mut().zip(&other.slopes) {
+            *own += factor * other;
+        }
+        for (own, other) in self.bends.as_flattened_mut().iter_mut().zip(other.bends.as_flattened()) {
+            *own += factor * other;
+        }
+        self
     }
 
     pub fn inverse(self) -> Self {
         let v = 1.0 / self.value;
         self.chain([v, -v * v, 2.0 * v * v * v])
-    }
-
-    pub fn sqrt(self) -> Self {
-        let root = self.value.sqrt();
-        self.chain([root, 0.5 / root, -0.25 / (root * self.value)])
-    }
-
-    pub fn tan(self) -> Self {
-        let t = self.value.tan();
-        let slope = 1.0 + t * t;
-        self.chain([t, slope, 2.0 * t * slope])
     }
 
     pub fn sin_cos(self) -> (Self, Self) {
@@ -60,19 +63,7 @@ impl<const N: usize> Add for Second<N> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            slopes: from_fn(|i| self.slopes[i] + other.slopes[i]),
-            bends: from_fn(|i| from_fn(|j| self.bends[i][j] + other.bends[i][j])),
-        }
-    }
-}
-
-impl<const N: usize> Neg for Second<N> {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        self * -1.0
+        self.plus(1.0, &other)
     }
 }
 
@@ -80,11 +71,7 @@ impl<const N: usize> Sub for Second<N> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        Self {
-            value: self.value - other.value,
-            slopes: from_fn(|i| self.slopes[i] - other.slopes[i]),
-            bends: from_fn(|i| from_fn(|j| self.bends[i][j] - other.bends[i][j])),
-        }
+        self.plus(-1.0, &other)
     }
 }
 
@@ -92,20 +79,19 @@ impl<const N: usize> Mul for Second<N> {
     type Output = Self;
 
     #[allow(clippy::suspicious_arithmetic_impl)] // The rule for products adds.
-    fn mul(self, other: Self) -> Self {
-        let (a, b) = (&self, &other);
-        Self {
-            value: a.value * b.value,
-            slopes: from_fn(|i| a.value * b.slopes[i] + b.value * a.slopes[i]),
-            bends: from_fn(|i| {
-                from_fn(|j| {
-                    a.value * b.bends[i][j]
-                        + b.value * a.bends[i][j]
-                        + a.slopes[i] * b.slopes[j]
-                        + b.slopes[i] * a.slopes[j]
-                })
-            }),
+    fn mul(mut self, other: Self) -> Self {
+        let (a, b) = (self.value, other.value);
+        for (i, (row, rows)) in self.bends.iter_mut().zip(&other.bends).enumerate() {
+            let (s, t) = (self.slopes[i], other.slopes[i]);
+            for (j, (own, bend)) in row.iter_mut().zip(rows).enumerate() {
+                *own = b * *own + a * bend + s * other.slopes[j] + t * self.slopes[j];
+            }
         }
+        for (own, slope) in self.slopes.iter_mut().zip(&other.slopes) {
+            *own = b * *own + a * slope;
+        }
+        self.value = a * b;
+        self
     }
 }
 
@@ -120,11 +106,11 @@ impl<const N: usize> Add<f64> for Second<N> {
 impl<const N: usize> Mul<f64> for Second<N> {
     type Output = Self;
 
-    fn mul(self, other: f64) -> Self {
-        Self {
-            value: self.value * other,
-            slopes: self.slopes.map(|s| s * other),
-            bends: self.bends.map(|row| row.map(|b| b * other)),
+    fn mul(mut self, other: f64) -> Self {
+        self.value *= other;
+        for own in self.slopes.iter_mut().chain(self.bends.as_flattened_mut()) {
+            *own *= other;
         }
+        self
     }
 }

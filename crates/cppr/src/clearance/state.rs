@@ -1,35 +1,45 @@
 //! Unknowns of a bundle with clearance: nodes and elements along the leader, and which of their values are free.
 
-use super::element::{ANGLES, FIRST, INPUTS, LABELS, LAST, Number, STRETCHES, TENSION};
+use super::element::{Element, FORCE, INPUTS, LABELS, MIDDLE, PLACES, TURNS};
 use crate::design::fields::Part;
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
-/// A follower at a node: angle α to the leader, height y of its axis over the leader's, own label x (scaled).
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Beside {
-    pub angle: f64,
-    pub height: f64,
-    pub label: f64,
-}
-
-/// A section between two elements.
+/// A section of the leader with what lies beside it (scaled). Below the plate stands a straight guide in place of the leader.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// The leader's label X.
-    pub label: f64,
-    pub angle: f64,
-    /// The follower (from 0) whose edge stands here: its label is 0, and X is unknown.
+    /// Centre of the leader.
+    pub centre: Vector3<f64>,
+    /// Per tube: rotation of its material against that of the straight tube at rest, label, and axis beside the leader's, along the leader's material axes Y and Z.
+    pub turns: Vec<UnitQuaternion<f64>>,
+    pub labels: Vec<f64>,
+    pub offsets: Vec<Vector2<f64>>,
+    /// The tube whose edge stands here: its label is 0, and the leader's is unknown.
     pub edge: Option<usize>,
-    pub beside: Vec<Beside>,
+}
+
+impl Node {
+    /// From the leader's centre to the axis of a tube, in the leader's material axes.
+    fn arm(&self, tube: usize) -> Vector3<f64> {
+        Vector3::new(0.0, self.offsets[tube].x, self.offsets[tube].y)
+    }
+
+    /// Where the axis of a tube is.
+    pub fn place(&self, tube: usize) -> Vector3<f64> {
+        self.centre + self.turns[0] * self.arm(tube)
+    }
+
+    /// Offset of a follower's axis (from 0) against that of the tube around it.
+    pub fn offset(&self, follower: usize) -> Vector2<f64> {
+        self.offsets[follower + 1] - self.offsets[follower]
+    }
 }
 
 /// What belongs to an element alone.
 #[derive(Clone, Debug)]
 pub(super) struct Span {
-    /// The leader's angle in its middle, and its stretch at both ends.
-    pub angle: f64,
-    pub stretch: [f64; 2],
-    /// Of every follower.
-    pub tension: Vec<f64>,
+    /// Per tube: rotation vector of its middle against its first end, the force it carries, and where its labels are.
+    pub middles: Vec<Vector3<f64>>,
+    pub forces: Vec<Vector3<f64>>,
     pub parts: Vec<Part>,
 }
 
@@ -38,34 +48,54 @@ pub(super) struct Span {
 pub(super) struct State {
     pub nodes: Vec<Node>,
     pub spans: Vec<Span>,
+    /// How many elements lie below the plate, in the guide.
+    pub guided: usize,
 }
 
 impl State {
-    pub fn followers(&self) -> usize {
-        self.nodes.first().map_or(0, |node| node.beside.len())
+    pub fn tubes(&self) -> usize {
+        self.nodes.first().map_or(0, |node| node.turns.len())
     }
 
-    /// Inputs of an element with one of its followers.
-    pub fn inputs(&self, element: usize, follower: usize) -> [f64; INPUTS] {
-        let (a, b, span) = (&self.nodes[element], &self.nodes[element + 1], &self.spans[element]);
-        let mut inputs = [0.0; INPUTS];
-        for (i, value) in ANGLES.into_iter().zip([a.angle, span.angle, b.angle]) {
-            inputs[i] = value;
-        }
-        for (i, value) in STRETCHES.into_iter().zip(span.stretch) {
-            inputs[i] = value;
-        }
-        for (ends, node) in [(FIRST, a), (LAST, b)] {
-            let own = &node.beside[follower];
-            for (i, value) in ends.into_iter().zip([own.angle, own.height, own.label]) {
-                inputs[i] = value;
-            }
-        }
-        inputs[TENSION] = span.tension[follower];
-        inputs[LABELS[0]] = a.label;
-        inputs[LABELS[1]] = b.label;
-        inputs
+    /// Tubes that have the element.
+    pub fn present(&self, element: usize) -> std::ops::Range<usize> {
+        usize::from(element < self.guided)..self.tubes()
     }
+
+    /// An element of one tube.
+    pub fn element(&self, element: usize, tube: usize) -> Element {
+        let (ends, span) = (&self.nodes[element..element + 2], &self.spans[element]);
+        Element {
+            turns: [0, 1].map(|i| ends[i].turns[tube]),
+            middle: span.middles[tube],
+            labels: [0, 1].map(|i| ends[i].labels[tube]),
+            force: span.forces[tube],
+            places: [0, 1].map(|i| ends[i].place(tube)),
+            part: span.parts[tube],
+        }
+    }
+}
+
+/// What is held.
+pub(super) struct Held {
+    /// Per follower: are push-pull and rotation of its motor held, not driven by force and torque?
+    pub motors: Vec<[bool; 2]>,
+    /// Per follower: has it no gap around it?
+    pub tight: Vec<bool>,
+}
+
+type Three = [Option<usize>; 3];
+
+struct NodeNumbers {
+    centre: Three,
+    turns: Vec<Three>,
+    labels: Vec<Option<usize>>,
+    offsets: Vec<[Option<usize>; 2]>,
+}
+
+struct SpanNumbers {
+    middles: Vec<Three>,
+    forces: Vec<Three>,
 }
 
 /// Which number in the system every value of a state has, if it is free.
@@ -73,158 +103,159 @@ pub(super) struct Numbering {
     pub count: usize,
     /// Diagonals on either side.
     pub reach: usize,
-    /// Which of them are tensions: no motions.
-    pub is_tension: Vec<bool>,
+    /// Which of them are forces: no motions.
+    pub is_force: Vec<bool>,
     nodes: Vec<NodeNumbers>,
     spans: Vec<SpanNumbers>,
 }
 
-struct NodeNumbers {
-    label: Option<usize>,
-    angle: Option<usize>,
-    beside: Vec<[Option<usize>; 3]>,
-}
-
-struct SpanNumbers {
-    angle: Option<usize>,
-    stretch: [Option<usize>; 2],
-    tension: Vec<usize>,
-}
-
-/// What is held.
-pub(super) struct Held<'a> {
-    /// Is the tube's motor held, not driven by force?
-    pub motors: &'a [bool],
-    /// Has the pair of this follower and the tube around it no gap?
-    pub tight: &'a [bool],
-    pub stretches: bool,
-}
+/// An input of an element as a sum of unknowns with factors.
+pub(super) type Sum = Vec<(usize, f64)>;
 
 impl Numbering {
     pub fn new(state: &State, held: &Held) -> Self {
-        let (mut count, followers, last) = (0, state.followers(), state.nodes.len() - 1);
-        let mut next = || {
+        let (mut count, tubes, last) = (0, state.tubes(), state.nodes.len() - 1);
+        let mut is_force = Vec::new();
+        let mut next = |force: bool| {
             count += 1;
+            is_force.push(force);
             Some(count - 1)
         };
         let (mut nodes, mut spans): (Vec<NodeNumbers>, Vec<SpanNumbers>) = (Vec::new(), Vec::new());
         for (place, node) in state.nodes.iter().enumerate() {
-            let at_plate = place == 0;
+            let free = place > state.guided;
+            // The motors hold the lowest section.
+            let lowest = place == 0;
+            let leader = node.edge.and_then(|_| next(false));
             let mut own = NodeNumbers {
-                label: node.edge.and_then(|_| next()),
-                angle: if at_plate { None } else { next() },
-                beside: Vec::with_capacity(followers),
+                centre: if free { [(); 3].map(|()| next(false)) } else { [leader, None, None] },
+                turns: vec![[(); 3].map(|()| if free { next(false) } else { None })],
+                labels: vec![leader],
+                offsets: vec![[None; 2]],
             };
-            for k in 0..followers {
-                let on_axis = place == last || at_plate;
-                let mut three = [None; 3];
-                if held.tight[k] {
-                    if k > 0 {
-                        let [angle, height, _] = own.beside[k - 1];
-                        three = [angle, height, None];
-                    }
-                } else if !on_axis {
-                    three = [next(), next(), None];
-                }
-                let fixed = place == last || at_plate && held.motors[k] || node.edge == Some(k);
-                if !fixed {
-                    three[2] = next();
-                }
-                own.beside.push(three);
+            for k in 0..tubes - 1 {
+                let [pulled, turned] = held.motors[k];
+                own.turns.push(if place == last {
+                    own.turns[0]
+                } else if lowest {
+                    [if turned { None } else { next(false) }, None, None]
+                } else {
+                    [(); 3].map(|()| next(false))
+                });
+                own.offsets.push(if held.tight[k] {
+                    own.offsets[k]
+                } else if place == last || lowest {
+                    [None; 2]
+                } else {
+                    [(); 2].map(|()| next(false))
+                });
+                let fixed = place == last || lowest && pulled || node.edge == Some(k + 1);
+                own.labels.push(if fixed { None } else { next(false) });
             }
             nodes.push(own);
             if place < last {
-                spans.push(SpanNumbers {
-                    angle: next(),
-                    stretch: [(); 2].map(|()| if held.stretches { next() } else { None }),
-                    tension: (0..followers).filter_map(|_| next()).collect(),
-                });
+                let mut of = |force: bool| {
+                    let present = state.present(place);
+                    let own =
+                        |tube| [(); 3].map(|()| if present.contains(&tube) { next(force) } else { None });
+                    (0..tubes).map(own).collect()
+                };
+                spans.push(SpanNumbers { middles: of(false), forces: of(true) });
             }
         }
-        let mut numbering = Self { count, reach: 0, is_tension: vec![false; count], nodes, spans };
-        for span in &numbering.spans {
-            for number in &span.tension {
-                numbering.is_tension[*number] = true;
-            }
-        }
+        let mut numbering = Self { count, reach: 0, is_force, nodes, spans };
         for element in 0..numbering.spans.len() {
-            let all = (0..followers).flat_map(|k| numbering.of(element, k)).flatten();
-            let (low, high) = all.fold((usize::MAX, 0), |(low, high), i| (low.min(i), high.max(i)));
+            let all = state.present(element).flat_map(|tube| numbering.sums(state, element, tube)).flatten();
+            let (low, high) = all.fold((usize::MAX, 0), |(low, high), (i, _)| (low.min(i), high.max(i)));
             numbering.reach = numbering.reach.max(high.saturating_sub(low));
         }
         numbering
     }
 
-    /// Numbers of an element's inputs with one of its followers.
-    pub fn of(&self, element: usize, follower: usize) -> [Option<usize>; INPUTS] {
-        let (a, b, span) = (&self.nodes[element], &self.nodes[element + 1], &self.spans[element]);
-        let mut numbers = [None; INPUTS];
-        for (i, own) in ANGLES.into_iter().zip([a.angle, span.angle, b.angle]) {
-            numbers[i] = own;
+    /// What the inputs of an element are.
+    pub fn sums(&self, state: &State, element: usize, tube: usize) -> [Sum; INPUTS] {
+        let mut sums: [Sum; INPUTS] = Default::default();
+        let mut put = |first: usize, three: &Three| {
+            for (i, number) in three.iter().enumerate() {
+                sums[first + i].extend(number.map(|number| (number, 1.0)));
+            }
+        };
+        let (ends, span) = (&self.nodes[element..element + 2], &self.spans[element]);
+        put(MIDDLE, &span.middles[tube]);
+        put(FORCE, &span.forces[tube]);
+        for (end, own) in ends.iter().enumerate() {
+            put(TURNS[end], &own.turns[tube]);
+            put(PLACES[end], &own.centre);
         }
-        for (i, own) in STRETCHES.into_iter().zip(span.stretch) {
-            numbers[i] = own;
-        }
-        for (ends, node) in [(FIRST, a), (LAST, b)] {
-            for (i, own) in ends.into_iter().zip(node.beside[follower]) {
-                numbers[i] = own;
+        for (end, own) in ends.iter().enumerate() {
+            sums[LABELS[end]].extend(own.labels[tube].map(|number| (number, 1.0)));
+            let node = &state.nodes[element + end];
+            let matrix = node.turns[0].to_rotation_matrix();
+            let arm = node.arm(tube);
+            for i in 0..3 {
+                let sum = &mut sums[PLACES[end] + i];
+                for axis in 0..2 {
+                    sum.extend(own.offsets[tube][axis].map(|number| (number, matrix[(i, axis + 1)])));
+                }
+                if tube > 0 {
+                    // A small turn δ of the leader moves the place by R (δ×arm).
+                    let turned = arm.cross(&Vector3::from(matrix.matrix().row(i).transpose()));
+                    for (axis, number) in own.turns[0].iter().enumerate() {
+                        sum.extend(number.map(|number| (number, turned[axis])));
+                    }
+                }
             }
         }
-        numbers[TENSION] = Some(span.tension[follower]);
-        numbers[LABELS[0]] = a.label;
-        numbers[LABELS[1]] = b.label;
-        numbers
+        sums
     }
 
-    /// Of the leader's angle at a node.
-    pub fn angle(&self, node: usize) -> Option<usize> {
-        self.nodes[node].angle
+    /// Of the leader at a node: its centre and its turn.
+    pub fn leader(&self, node: usize) -> [Three; 2] {
+        [self.nodes[node].centre, self.nodes[node].turns[0]]
     }
 
-    /// Of a follower's height at a node; follower 0 is the leader itself, whose height is 0.
-    pub fn height(&self, node: usize, tube: usize) -> Option<usize> {
-        tube.checked_sub(1).and_then(|k| self.nodes[node].beside[k][1])
+    /// Of a tube's offset at a node.
+    pub fn offset(&self, node: usize, tube: usize) -> [Option<usize>; 2] {
+        self.nodes[node].offsets[tube]
     }
 
-    /// Of a follower's label at a node.
-    pub fn label(&self, node: usize, follower: usize) -> Option<usize> {
-        self.nodes[node].beside[follower][2]
+    /// Of a follower's label and turn about its axis where its motor holds it.
+    pub fn motor(&self, follower: usize) -> [Option<usize>; 2] {
+        [self.nodes[0].labels[follower + 1], self.nodes[0].turns[follower + 1][0]]
     }
 
     /// The state moved by a share of a step.
     pub fn moved(&self, state: &State, step: &[f64], share: f64) -> State {
         let mut state = state.clone();
-        let add = |value: &mut f64, number: Option<usize>| {
-            if let Some(i) = number {
-                *value += share * step[i];
-            }
-        };
+        let one = |number: Option<usize>| number.map_or(0.0, |i| share * step[i]);
+        let three = |numbers: &Three| Vector3::from(numbers.map(one));
         for (node, own) in state.nodes.iter_mut().zip(&self.nodes) {
-            add(&mut node.label, own.label);
-            add(&mut node.angle, own.angle);
-            for (beside, [angle, height, label]) in node.beside.iter_mut().zip(&own.beside) {
-                add(&mut beside.angle, *angle);
-                add(&mut beside.height, *height);
-                add(&mut beside.label, *label);
+            node.centre += three(&own.centre);
+            for (turn, numbers) in node.turns.iter_mut().zip(&own.turns) {
+                *turn *= UnitQuaternion::from_scaled_axis(three(numbers));
+                turn.renormalize();
+            }
+            for (label, number) in node.labels.iter_mut().zip(&own.labels) {
+                *label += one(*number);
+            }
+            for (offset, numbers) in node.offsets.iter_mut().zip(&own.offsets) {
+                *offset += Vector2::from(numbers.map(one));
             }
         }
         for (span, own) in state.spans.iter_mut().zip(&self.spans) {
-            add(&mut span.angle, own.angle);
-            for (value, number) in span.stretch.iter_mut().zip(own.stretch) {
-                add(value, number);
+            for (middle, numbers) in span.middles.iter_mut().zip(&own.middles) {
+                *middle += three(numbers);
             }
-            for (value, number) in span.tension.iter_mut().zip(&own.tension) {
-                add(value, Some(*number));
+            for (force, numbers) in span.forces.iter_mut().zip(&own.forces) {
+                *force += three(numbers);
             }
         }
         state
     }
-}
 
-/// Inputs with derivatives by those that are free.
-pub(super) fn seeded(values: [f64; INPUTS], numbers: &[Option<usize>; INPUTS]) -> [Number; INPUTS] {
-    std::array::from_fn(|i| match numbers[i] {
-        Some(_) => Number::input(values[i], i),
-        None => Number::constant(values[i]),
-    })
+    /// Greatest turn in a step (rad).
+    pub fn turn(&self, step: &[f64]) -> f64 {
+        let all = self.nodes.iter().flat_map(|node| node.turns.iter().flatten().flatten());
+        all.fold(0.0, |most: f64, i| most.max(step[*i].abs()))
+    }
 }

@@ -1,19 +1,24 @@
 //! Equilibrium of a state between the walls: gradient and tangent of its energy, and Newton's method with a primal-dual interior point.
 //!
-//! For the heights y_k of the tubes' axes over the leader's (y of the leader is 0) and the gaps δ_k, at every node the conditions are
+//! For the offset d of every tube against the one around it and its gap δ, at every node the conditions are
 //!
 //! ```text
-//! ∂Π/∂u + Σ (z⁺ − z⁻) ∂d/∂u = 0 ,   d = y_k − y_{k−1} ,   z⁺ (δ − d) = μ ,  z⁻ (δ + d) = μ ,   all factors above 0 ,
+//! ∂Π/∂u − Σ z ∂c/∂u = 0 ,   c = (δ² − |d|²)/(2 δ) ,   z c = μ ,   z > 0 ,   c > 0 ,
 //! ```
 //!
-//! with μ → 0: z⁺ and z⁻ are the forces of the walls. A large μ keeps every tube on the axis, so that the path of falling μ leads from the shape without clearance to
+//! with μ → 0: z is then the force of the wall, along d. A large μ keeps every tube on the axis, so that the path of falling μ leads from the shape without clearance to
 //! that with it.
 
 use super::banded::Banded;
-use super::element::{Element, FIRST, Number, TubeFields};
-use super::state::{Held, Numbering, State, seeded};
+use super::element::{INPUTS, LABELS, Number, PLACES, Spread, TURNS, TubeFields};
+use super::state::{Held, Numbering, State};
 use crate::design::fields::Part;
-use nalgebra::Vector3;
+use crate::kinematics::so3::{about_x, hat};
+use crate::statics::{Applied, Frame, Loads, Station};
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Nodes nearer than this part of the length are one.
+pub(super) const SAME: f64 = 1e-7;
 
 /// What does not change during a solve, scaled.
 pub(super) struct Problem<'a> {
@@ -21,55 +26,25 @@ pub(super) struct Problem<'a> {
     pub tubes: Vec<TubeFields<'a>>,
     /// Per follower: gap between it and the tube around it.
     pub gaps: Vec<f64>,
-    pub held: Held<'a>,
-    /// Per follower: force of the motor where that is given.
-    pub forces: Vec<Option<f64>>,
-    pub loads: Dead,
+    /// Gap around tube 2 in the guide.
+    pub guide: f64,
+    pub held: Held,
+    /// Per follower: force and torque of the motor where these are given.
+    pub efforts: Vec<[Option<f64>; 2]>,
+    /// In units of the length and of EI/L²; gravity is a force per mass.
+    pub loads: Loads,
 }
 
-/// Dead loads in the plane, scaled.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Dead {
-    /// Force per label between two labels.
-    pub distributed: Vec<([f64; 2], [f64; 2])>,
-    pub points: Vec<PointLoad>,
-}
-
-/// A force with its point of action in the frame of the section, and a moment, at a label.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PointLoad {
-    pub label: f64,
-    pub force: [f64; 2],
-    pub point: [f64; 2],
-    pub moment: f64,
-}
-
-impl Dead {
-    /// Force on all that lies beyond a label, and its slope.
-    fn beyond(&self, label: f64) -> [[f64; 2]; 2] {
-        let (mut sum, mut rate) = ([0.0; 2], [0.0; 2]);
-        for axis in 0..2 {
-            for &([from, to], force) in &self.distributed {
-                sum[axis] += force[axis] * (to - label.max(from)).max(0.0);
-                rate[axis] -= if from < label && label < to { force[axis] } else { 0.0 };
-            }
-            sum[axis] +=
-                self.points.iter().filter(|own| own.label > label).map(|own| own.force[axis]).sum::<f64>();
-        }
-        [sum, rate]
-    }
-}
-
-/// Wall forces z⁺ and z⁻ of every node and pair.
-pub(super) type Walls = Vec<Vec<[f64; 2]>>;
+/// Force of the wall at every node, per pair.
+pub(super) type Walls = Vec<Vec<f64>>;
 
 /// Gradient and tangent of the energy.
 struct Evaluated {
     energy: f64,
     gradient: Vec<f64>,
     matrix: Banded,
-    /// Per follower: what the motor pulls with.
-    pull: Vec<f64>,
+    /// Per follower: force and torque of its motor.
+    efforts: Vec<[f64; 2]>,
 }
 
 /// A solved state.
@@ -78,8 +53,8 @@ pub(super) struct Settled {
     pub walls: Walls,
     /// Potential of tubes and loads.
     pub energy: f64,
-    /// Per follower: force of its motor.
-    pub pull: Vec<f64>,
+    /// Per follower: force and torque of its motor.
+    pub efforts: Vec<[f64; 2]>,
     pub iterations: usize,
 }
 
@@ -98,77 +73,123 @@ const TURN: f64 = 0.3;
 const HALVINGS: u32 = 8;
 
 impl Problem<'_> {
+    /// Gap of a pair at a node; `None` where the inner tube has no play.
+    pub fn play(&self, state: &State, node: usize, follower: usize) -> Option<f64> {
+        let held = node == 0 || node + 1 == state.nodes.len();
+        if self.held.tight[follower] || held {
+            return None;
+        }
+        Some(match follower {
+            0 if node < state.guided => self.guide,
+            0 if node == state.guided => self.guide.min(self.gaps[0]),
+            _ => self.gaps[follower],
+        })
+    }
+
+    /// Forces per label of a tube on an element.
+    fn spread(&self, state: &State, element: usize, tube: usize) -> Spread {
+        let mut spread = Spread::default();
+        if element < state.guided {
+            return spread;
+        }
+        spread.gravity = self.loads.gravity.unwrap_or_default();
+        if tube == 0 {
+            let middle = 0.5 * (state.nodes[element].labels[0] + state.nodes[element + 1].labels[0]);
+            let along = self.loads.distributed.iter().filter(|own| own.from < middle && middle < own.to);
+            spread.load = along.map(|own| own.force).sum();
+        }
+        spread
+    }
+
     fn evaluate(&self, state: &State, numbering: &Numbering) -> Option<Evaluated> {
-        let mut gradient = vec![0.0; numbering.count];
-        let mut matrix = Banded::zeros(numbering.count, numbering.reach);
-        let (mut energy, mut pull) = (0.0, vec![0.0; state.followers()]);
-        for (place, span) in state.spans.iter().enumerate() {
-            for (k, (tube, part)) in self.tubes[1..].iter().zip(&span.parts).enumerate() {
-                let numbers = numbering.of(place, k);
-                let inputs = seeded(state.inputs(place, k), &numbers);
-                let element = Element { leader: self.tubes[0], inputs, stretches: self.held.stretches };
-                let mut own = element.follower_energy(tube, *part);
-                if k == 0 {
-                    own = own + element.leader_energy(|label| self.loads.beyond(label));
+        let mut own = Evaluated {
+            energy: 0.0,
+            gradient: vec![0.0; numbering.count],
+            matrix: Banded::zeros(numbering.count, numbering.reach),
+            efforts: vec![[0.0; 2]; self.gaps.len()],
+        };
+        for place in 0..state.spans.len() {
+            for tube in state.present(place) {
+                let element = state.element(place, tube);
+                let energy = element.energy(&self.tubes[tube], &self.spread(state, place, tube));
+                own.energy += energy.value;
+                if place == 0 && tube > 0 {
+                    // What motors hold has slopes all the same.
+                    own.efforts[tube - 1] = [energy.slopes[LABELS[0]], energy.slopes[TURNS[0]]];
                 }
-                energy += own.value;
-                // The label at the base is held or driven: its slope tells the force all the same.
-                if place == 0 {
-                    pull[k] = Self::base_slope(&element, state, k, tube, *part);
+                own.add(state, numbering, [place, tube], &energy);
+            }
+        }
+        self.add_loads(state, numbering, &mut own);
+        for (k, efforts) in self.efforts.iter().enumerate() {
+            for (effort, number) in efforts.iter().zip(numbering.motor(k)) {
+                if let (Some(effort), Some(i)) = (effort, number) {
+                    own.gradient[i] -= effort;
                 }
-                for (i, row) in numbers.iter().enumerate() {
+            }
+            own.energy -= efforts[0].unwrap_or(0.0) * state.nodes[0].labels[k + 1];
+        }
+        own.energy.is_finite().then_some(own)
+    }
+
+    /// Concentrated loads.
+    fn add_loads(&self, state: &State, numbering: &Numbering, to: &mut Evaluated) {
+        let last = state.nodes.len() - 1;
+        let mut put = |node: usize, of: &dyn Fn(&Matrix3<f64>, &Vector3<f64>) -> Applied| {
+            let own = &state.nodes[node];
+            let material = own.turns[0].to_rotation_matrix().into_inner();
+            let tube = &self.tubes[0];
+            let [phi, ..] = tube.fields.direction(own.labels[0] * tube.units[0], Part::Pattern);
+            let load = of(&(material * about_x(phi)), &own.centre);
+            let Applied { force, moment, arm, force_by_point, force_by_spin, moment_by_spin } = load;
+            let turning = material.transpose() * (moment + arm.cross(&force));
+            let force_by_turn = force_by_spin - force_by_point * hat(&arm);
+            let moment_by_turn = moment_by_spin + hat(&force) * hat(&arm) + hat(&arm) * force_by_turn;
+            // A small turn δ about the material axes turns these too, by which the moment's work differs in second order.
+            let blocks = [
+                [force_by_point, force_by_turn * material],
+                [
+                    material.transpose() * hat(&arm) * force_by_point,
+                    material.transpose() * moment_by_turn * material + hat(&turning) * 0.5,
+                ],
+            ];
+            let numbers = numbering.leader(node);
+            for (r, (rows, pull)) in numbers.iter().zip([force, turning]).enumerate() {
+                for (i, row) in rows.iter().enumerate() {
                     let Some(row) = *row else { continue };
-                    gradient[row] += own.slopes[i];
-                    for (j, column) in numbers.iter().enumerate() {
-                        if let Some(column) = *column {
-                            matrix.add(row, column, own.bends[i][j]);
+                    to.gradient[row] -= pull[i];
+                    for (c, columns) in numbers.iter().enumerate() {
+                        for (j, column) in columns.iter().enumerate() {
+                            if let Some(column) = *column {
+                                to.matrix.add(row, column, -blocks[r][c][(i, j)]);
+                            }
                         }
                     }
                 }
             }
-        }
-        for &PointLoad { label, force: [x, y], point: [a, b], moment } in &self.loads.points {
-            let Some(node) = state.nodes.iter().position(|node| (node.label - label).abs() < 1e-9) else {
-                continue;
+            own.centre + arm
+        };
+        let mut potential = 0.0;
+        for own in &self.loads.wrenches {
+            let node = match own.station {
+                Station::Tip => Some(last),
+                Station::Label(label) => {
+                    state.nodes.iter().position(|node| (node.labels[0] - label).abs() < SAME)
+                }
             };
-            let (sin, cos) = state.nodes[node].angle.sin_cos();
-            // −F·(R r) − M θ and its derivatives by θ.
-            let (along, across) = (
-                x * (a * cos - b * sin) + y * (a * sin + b * cos),
-                x * (-a * sin - b * cos) + y * (a * cos - b * sin),
-            );
-            energy -= along + moment * state.nodes[node].angle;
-            if let Some(i) = numbering.angle(node) {
-                gradient[i] -= across + moment;
-                matrix.add(i, i, along);
+            let Some(node) = node else { continue };
+            let at = put(node, &|rotation, _| {
+                Applied::wrench(own.frame, rotation, &own.force, &own.moment, &own.point)
+            });
+            if own.frame == Frame::World {
+                potential -= own.force.dot(&at);
             }
         }
-        for (k, force) in self.forces.iter().enumerate() {
-            if let (Some(force), Some(i)) = (force, numbering.label(0, k)) {
-                gradient[i] -= force;
-                energy -= force * state.nodes[0].beside[k].label;
-            }
+        for own in &self.loads.threads {
+            let at = put(last, &|rotation, centre| own.at(rotation, centre));
+            potential += own.tension * (own.pulley - at).norm();
         }
-        energy.is_finite().then_some(Evaluated { energy, gradient, matrix, pull })
-    }
-
-    /// Slope of the energy by the label that stands at the base.
-    fn base_slope(element: &Element, state: &State, k: usize, tube: &TubeFields, part: Part) -> f64 {
-        let mut inputs = element.inputs;
-        inputs[FIRST[2]] = Number::input(state.nodes[0].beside[k].label, FIRST[2]);
-        let own = Element { leader: element.leader, inputs, stretches: element.stretches };
-        own.follower_energy(tube, part).slopes[FIRST[2]]
-    }
-
-    /// Distance of a follower's axis from that of the tube around it.
-    pub fn offset(state: &State, node: usize, follower: usize) -> f64 {
-        let height = |k: usize| state.nodes[node].beside[k].height;
-        height(follower) - follower.checked_sub(1).map_or(0.0, height)
-    }
-
-    /// Is there play at a node?
-    pub fn has_play(&self, state: &State, node: usize, follower: usize) -> bool {
-        !(self.held.tight[follower] || node == 0 || node + 1 == state.nodes.len())
+        to.energy += potential;
     }
 
     /// From a state in which every tube with play lies between its walls.
@@ -176,7 +197,7 @@ impl Problem<'_> {
         let part = 1.0 / start.spans.len() as f64;
         let mut tau = MOST;
         let mut walls: Walls =
-            start.nodes.iter().map(|_| self.gaps.iter().map(|_| [tau * part; 2]).collect()).collect();
+            start.nodes.iter().map(|_| self.gaps.iter().map(|_| 2.0 * tau * part).collect()).collect();
         let mut state = start;
         let mut iterations = 0;
         let mut fall = FALL;
@@ -190,8 +211,8 @@ impl Problem<'_> {
                 iterations += steps;
                 if last {
                     let numbering = Numbering::new(&found, &self.held);
-                    let Evaluated { energy, pull, .. } = self.evaluate(&found, &numbering)?;
-                    return Some(Settled { state: found, walls: forces, energy, pull, iterations });
+                    let Evaluated { energy, efforts, .. } = self.evaluate(&found, &numbering)?;
+                    return Some(Settled { state: found, walls: forces, energy, efforts, iterations });
                 }
                 done = Some((found.clone(), forces.clone(), tau));
                 (state, walls) = (found, forces);
@@ -217,26 +238,30 @@ impl Problem<'_> {
         settled: f64,
     ) -> Option<(State, Walls, usize)> {
         let numbering = Numbering::new(&state, &self.held);
-        let plays: Vec<(usize, usize)> = (0..state.nodes.len())
+        let plays: Vec<(usize, usize, f64)> = (0..state.nodes.len())
             .flat_map(|node| (0..self.gaps.len()).map(move |k| (node, k)))
-            .filter(|&(node, k)| self.has_play(&state, node, k))
+            .filter_map(|(node, k)| self.play(&state, node, k).map(|gap| (node, k, gap)))
             .collect();
         let mut now = self.evaluate(&state, &numbering)?;
         for iteration in 1..=STEPS {
             let Evaluated { gradient, mut matrix, .. } = now;
             let mut right: Vec<f64> = gradient.iter().map(|g| -g).collect();
-            for &(node, k) in &plays {
-                let (gap, offset) = (self.gaps[k], Self::offset(&state, node, k));
-                let [up, down] = walls[node][k];
-                let [above, below] = [gap - offset, gap + offset];
-                let mu = mu * gap;
-                let ends = [(k + 1, 1.0), (k, -1.0)].map(|(tube, sign)| (numbering.height(node, tube), sign));
-                for (row, a) in ends {
-                    let Some(row) = row else { continue };
-                    right[row] += a * (mu / below - mu / above);
-                    for (column, b) in ends {
-                        if let Some(column) = column {
-                            matrix.add(row, column, a * b * (up / above + down / below));
+            for &(node, k, gap) in &plays {
+                let (wall, room, out) = (walls[node][k], Room::of(&state, node, k, gap), mu * gap);
+                let block = nalgebra::Matrix2::identity() * (wall / gap)
+                    + room.normal * room.normal.transpose() * (wall / room.left);
+                let push = room.normal * (out / room.left);
+                let ends = [(k + 1, 1.0), (k, -1.0)].map(|(tube, sign)| (numbering.offset(node, tube), sign));
+                for (rows, a) in ends {
+                    for (i, row) in rows.into_iter().enumerate() {
+                        let Some(row) = row else { continue };
+                        right[row] -= a * push[i];
+                        for (columns, b) in ends {
+                            for (j, column) in columns.into_iter().enumerate() {
+                                if let Some(column) = column {
+                                    matrix.add(row, column, a * b * block[(i, j)]);
+                                }
+                            }
                         }
                     }
                 }
@@ -244,29 +269,24 @@ impl Problem<'_> {
             let step = matrix.solve(right)?;
             let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
             let mut pushes = Vec::with_capacity(plays.len());
-            for &(node, k) in &plays {
-                let (gap, offset) = (self.gaps[k], Self::offset(&state, node, k));
-                let of = |tube: usize| numbering.height(node, tube).map_or(0.0, |i| step[i]);
-                let moved = of(k + 1) - of(k);
-                let [up, down] = walls[node][k];
-                let [above, below] = [gap - offset, gap + offset];
-                let mu = mu * gap;
-                let push = [mu / above - up + up / above * moved, mu / below - down - down / below * moved];
-                let least = |value: f64, change: f64, share: f64| {
-                    if change < 0.0 { share.min(-SHY * value / change) } else { share }
+            for &(node, k, gap) in &plays {
+                let of = |tube: usize| {
+                    Vector2::from(numbering.offset(node, tube).map(|number| number.map_or(0.0, |i| step[i])))
                 };
-                primal = least(above, -moved, least(below, moved, primal));
-                dual = least(up, push[0], least(down, push[1], dual));
+                let moved = of(k + 1) - of(k);
+                let (wall, room) = (walls[node][k], Room::of(&state, node, k, gap));
+                let push = mu * gap / room.left - wall + wall / room.left * room.normal.dot(&moved);
+                primal = primal.min(room.share(&moved, gap));
+                if push < 0.0 {
+                    dual = dual.min(-SHY * wall / push);
+                }
                 pushes.push(push);
             }
-            let turn = (0..state.nodes.len())
-                .filter_map(|node| numbering.angle(node))
-                .fold(0.0, |most: f64, i| most.max(step[i].abs()));
-            primal = primal.min(TURN / turn.max(f64::MIN_POSITIVE));
+            primal = primal.min(TURN / numbering.turn(&step).max(f64::MIN_POSITIVE));
             let mut tried = 0;
             (state, now) = loop {
                 let next = numbering.moved(&state, &step, primal);
-                let ordered = next.nodes.windows(2).all(|pair| pair[1].label > pair[0].label);
+                let ordered = next.nodes.windows(2).all(|pair| pair[1].labels[0] > pair[0].labels[0]);
                 match ordered.then(|| self.evaluate(&next, &numbering)).flatten() {
                     Some(evaluated) => break (next, evaluated),
                     None if tried == HALVINGS => return None,
@@ -274,12 +294,10 @@ impl Problem<'_> {
                 }
                 tried += 1;
             };
-            for (&(node, k), push) in plays.iter().zip(&pushes) {
-                for (own, push) in walls[node][k].iter_mut().zip(push) {
-                    *own += dual * push;
-                }
+            for (&(node, k, _), push) in plays.iter().zip(&pushes) {
+                walls[node][k] += dual * push;
             }
-            let size = step.iter().zip(&numbering.is_tension).filter(|own| !own.1);
+            let size = step.iter().zip(&numbering.is_force).filter(|own| !own.1);
             let size = size.fold(0.0, |most: f64, (own, _)| most.max(own.abs()));
             if primal >= 1.0 && dual >= 1.0 && size < settled {
                 return Some((state, walls, iteration));
@@ -287,17 +305,81 @@ impl Problem<'_> {
         }
         None
     }
+}
 
-    /// Centre of the leader's section at every node.
-    pub fn centreline(&self, state: &State) -> Vec<Vector3<f64>> {
-        let mut centre = Vector3::zeros();
-        let mut line = vec![centre];
-        for place in 0..state.spans.len() {
-            let inputs = state.inputs(place, 0).map(Number::constant);
-            let [x, y] = Element { leader: self.tubes[0], inputs, stretches: self.held.stretches }.advance();
-            centre += Vector3::new(x, y, 0.0);
-            line.push(centre);
+/// How far a tube is from the wall around it.
+struct Room {
+    offset: Vector2<f64>,
+    /// d/δ: towards the wall, of length 1 there.
+    normal: Vector2<f64>,
+    /// c.
+    left: f64,
+}
+
+impl Room {
+    fn of(state: &State, node: usize, follower: usize, gap: f64) -> Self {
+        let offset = state.nodes[node].offset(follower);
+        Self { offset, normal: offset / gap, left: 0.5 * (gap * gap - offset.norm_squared()) / gap }
+    }
+
+    /// Which part of a step leaves some of c.
+    fn share(&self, step: &Vector2<f64>, gap: f64) -> f64 {
+        let square = step.norm_squared();
+        let along = self.offset.dot(step);
+        let most = 2.0 * SHY * self.left * gap;
+        if square + 2.0 * along < most {
+            return 1.0;
         }
-        line
+        // |d + s Δ|² = |d|² + most; the same as (√(…) − along)/square without the difference.
+        most / (along + (along * along + square * most).sqrt())
+    }
+}
+
+impl Evaluated {
+    /// An element's energy.
+    fn add(&mut self, state: &State, numbering: &Numbering, [place, tube]: [usize; 2], energy: &Number) {
+        let sums = numbering.sums(state, place, tube);
+        for i in 0..INPUTS {
+            for &(row, a) in &sums[i] {
+                self.gradient[row] += a * energy.slopes[i];
+                for j in 0..INPUTS {
+                    let bend = a * energy.bends[i][j];
+                    for &(column, b) in &sums[j] {
+                        self.matrix.add(row, column, b * bend);
+                    }
+                }
+            }
+        }
+        // Places depend on the leader's turn and the offset in second order.
+        for end in 0..2 {
+            let node = place + end;
+            let [_, turns] = numbering.leader(node);
+            if tube == 0 || turns[0].is_none() {
+                continue;
+            }
+            let first = PLACES[end];
+            let matrix = state.nodes[node].turns[0].to_rotation_matrix();
+            let force = matrix.inverse() * Vector3::from_fn(|i, _| energy.slopes[first + i]);
+            let offset = state.nodes[node].offsets[tube];
+            let arm = Vector3::new(0.0, offset.x, offset.y);
+            let turned = (force * arm.transpose() + arm * force.transpose()) * 0.5
+                - Matrix3::identity() * force.dot(&arm);
+            for (i, row) in turns.iter().enumerate() {
+                let Some(row) = *row else { continue };
+                for (j, column) in turns.iter().enumerate() {
+                    if let Some(column) = *column {
+                        self.matrix.add(row, column, turned[(i, j)]);
+                    }
+                }
+                for (axis, number) in numbering.offset(node, tube).into_iter().enumerate() {
+                    let unit = if axis == 0 { Vector3::y() } else { Vector3::z() };
+                    if let Some(column) = number {
+                        let bend = unit.cross(&force)[i];
+                        self.matrix.add(row, column, bend);
+                        self.matrix.add(column, row, bend);
+                    }
+                }
+            }
+        }
     }
 }

@@ -18,4 +18,5 @@ pub(crate) mod stiffness;
 pub(crate) mod weight;
 
 pub use assembly::RotationMeans;
+pub(crate) use load::Applied;
 pub use load::{DistributedForce, Frame, LoadPart, LoadProblem, Loads, Station, Thread, Wrench};
