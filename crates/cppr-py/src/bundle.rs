@@ -84,6 +84,11 @@ impl Bundle {
         Self::build(py, robot.shared.robot.design().into())
     }
 
+    /// The same robot with all of its metal on the curve of unloading.
+    fn unloading(&self, py: Python<'_>) -> PyResult<Option<Self>> {
+        self.design.unloading().map(|lower| Self::build(py, lower)).transpose()
+    }
+
     /// Name.
     #[getter]
     fn name(&self) -> &str {

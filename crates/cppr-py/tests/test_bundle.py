@@ -293,6 +293,17 @@ def test_tubes_press_on_each_other_and_rub() -> None:
         eq.friction(-0.1)
 
 
+def test_superelastic_metal_unloads_along_a_lower_curve() -> None:
+    wrist = cppr.Bundle.from_toml(ROOT / "robots/wrists/superelastic.toml")
+    lower = wrist.unloading()
+    assert lower is not None and lower.unloading() is None
+    loading, unloading = (robot.solve(pull={2: 1e-3}) for robot in (wrist, lower))
+    assert 0 < unloading.tension[1] < 0.6 * loading.tension[1]
+    assert cppr.Bundle.from_toml(ROOT / "robots/wrists/wrist90.toml").unloading() is None
+    kept = pickle.loads(pickle.dumps(wrist)).unloading()
+    assert kept is not None and kept.solve(pull={2: 1e-3}).tension[1] == unloading.tension[1]
+
+
 def test_gaps_are_estimated() -> None:
     path = ROOT / "robots/r1.toml"
     modal = cppr.Robot.from_toml(path).solve(6 * cppr.mm)

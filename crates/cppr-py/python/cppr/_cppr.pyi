@@ -545,6 +545,10 @@ class Bundle:
     def of(robot: Robot) -> Bundle:
         """The same robot without modes: integrated along its length, whatever its fields do there."""
 
+    def unloading(self) -> Bundle | None:
+        """The same robot with all of its superelastic metal on the curve along which it unloads (`unloading_onset_strain_percent`); None where that is the curve of
+        loading. Between the equilibria of both under one command the metal's hysteresis leaves the robot, whatever was done before."""
+
     @property
     def name(self) -> str:
         """Name."""
