@@ -26,6 +26,8 @@ const ROUGH: &str = "r1, 300 notches";
 const NOTCHES: u32 = 300;
 /// By how much depths differ from their mean (m).
 const ROUGHNESS: f64 = 0.06e-3;
+/// Error allowed in one step of the integration in the control loop.
+const LOOP_TOLERANCE: f64 = 1e-6;
 /// Steps of the control loop.
 const STEPS: u32 = 400;
 
@@ -52,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, motors) in ROBOTS.into_iter().filter(|own| only.as_ref().is_none_or(|only| own.0 == only)) {
         let design = if name == ROUGH { rough()? } else { read_bundle(format!("robots/{name}.toml"))? };
         let bundle = Bundle::new(&design)?;
-        let mut solver = BundleSolver::new(&bundle);
+        let mut solver = BundleSolver::new(&bundle).with_loop_tolerance(LOOP_TOLERANCE);
         let mut command = solver.held();
         for &(tube, pull, turn) in motors {
             command.drives[tube - 1].translation = Drive::Motion(pull * 1e-3);

@@ -13,6 +13,9 @@ use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
+/// Error allowed in one step from a pose to the next: it leaves the tip within 1e-5 of the length.
+const LOOP_TOLERANCE: f64 = 1e-6;
+
 /// One row: status, iterations, error, tip position and rotation, then label, rotation, force and torque of every tube's motor, then the tip's Jacobian.
 fn write(row: &mut [f64], solver: &BundleSolver, found: &BundleEquilibrium, jacobian: bool) {
     row.fill(f64::NAN);
@@ -119,7 +122,7 @@ pub fn solve_many_of_bundle(
     let pool =
         pool.map_err(|error| PyRuntimeError::new_err(format!("threads cannot be started: {error}")))?;
     let mut rows: Vec<&mut [f64]> = out.as_slice_mut()?.chunks_mut(width).collect();
-    let solver = BundleSolver::new(bundle).with_stretch(stretch);
+    let solver = BundleSolver::new(bundle).with_stretch(stretch).with_loop_tolerance(LOOP_TOLERANCE);
     watched(py, poses, progress.as_ref(), |done, cancelled| {
         let _ = pool.install(|| {
             solve(&solver, warm, &mut rows, command, |_, row, solver, found| {
