@@ -33,7 +33,7 @@ impl Model {
             Described::Robot(file) => {
                 Self::Modal { robot: Robot::from_design(file.design)?, memory: Memory::new() }
             }
-            Described::Bundle(design) => {
+            Described::Bundle { design, .. } => {
                 let bundle = Bundle::new(&design)?;
                 Self::Bundle(Arc::new(Parts { design, bundle }))
             }

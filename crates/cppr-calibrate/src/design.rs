@@ -29,7 +29,7 @@ impl From<Described> for Design {
     fn from(described: Described) -> Self {
         match described {
             Described::Robot(file) => Self::Robot(file.design),
-            Described::Bundle(design) => Self::Bundle(design),
+            Described::Bundle { design, .. } => Self::Bundle(design),
         }
     }
 }

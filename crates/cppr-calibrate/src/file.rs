@@ -17,11 +17,11 @@ impl fmt::Display for FileProblem {
 
 impl std::error::Error for FileProblem {}
 
-/// The text of a robot file with the fitted values; comments and order stay.
+/// The text of a robot file with the fitted values; comments and order stay. `guide` (m) is the guide beside which friction was fitted.
 ///
 /// # Errors
 /// Where the text is no robot file.
-pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FileProblem> {
+pub fn fitted_file(text: &str, estimates: &[Estimate], guide: Option<f64>) -> Result<String, FileProblem> {
     let mut document: DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| FileProblem(e.to_string()))?;
     let mut sorted: Vec<&Estimate> = estimates.iter().collect();
@@ -30,8 +30,15 @@ pub fn fitted_file(text: &str, estimates: &[Estimate]) -> Result<String, FilePro
     for estimate in sorted {
         let number = estimate.value / estimate.parameter.unit().1;
         match (estimate.parameter.kind, estimate.parameter.tube) {
-            // No robot file has them.
-            (ParameterKind::Friction | ParameterKind::Gap, _) => {}
+            // No robot file has it.
+            (ParameterKind::Gap, _) => {}
+            (ParameterKind::Friction, _) => {
+                let own = table(document.as_table_mut(), "friction")?;
+                put(own, "coefficient", number);
+                if let Some(length) = guide {
+                    put(own, "guide_mm", length * 1e3);
+                }
+            }
             (ParameterKind::ToothFactor, None) => each_tube(&mut document, |tube| teeth(tube, number))?,
             (ParameterKind::ToothFactor, Some(k)) => teeth(own_tube(&mut document, k)?, number)?,
             (ParameterKind::OnsetStrain, tube) => {

@@ -169,7 +169,7 @@ pub fn fit(
         return Err(FitProblem::Parameter(ParameterProblem::GapAndFriction));
     }
     if let Some(m) = measurements.iter().find(|m| rubs && m.driven.is_none()) {
-        let why = "with friction the column driven has to say which way the motors came: on or back";
+        let why = "with friction the column driven has to say which way the motors came: on or back; a friction of 0 leaves it out";
         return Err(FitProblem::Measurement(m.row, why.into()));
     }
     let start = list.iter().map(|p| match (p.kind, friction) {

@@ -22,4 +22,4 @@ pub use data::{Driven, Line, Measurement, Observed, read};
 pub use design::Design;
 pub use file::{FileProblem, fitted_file};
 pub use fit::{Estimate, Fit, FitProblem, Misses, Residual, fit};
-pub use parameter::{Parameter, ParameterKind, ParameterProblem};
+pub use parameter::{Parameter, ParameterKind, ParameterProblem, common_friction};

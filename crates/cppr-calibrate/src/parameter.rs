@@ -41,6 +41,15 @@ const KINDS: [(ParameterKind, &str, (&str, f64)); 9] = [
     (ParameterKind::Gap, "gap", ("mm", 1e-3)),
 ];
 
+/// The friction of all robots of a fit; `None` where they have none.
+///
+/// # Errors
+/// Where one rubs other than another.
+pub fn common_friction(each: &[Option<Friction>]) -> Result<Option<Friction>, ParameterProblem> {
+    let first = each.first().copied().flatten();
+    if each.iter().all(|own| *own == first) { Ok(first) } else { Err(ParameterProblem::Frictions) }
+}
+
 /// Where the search for a coefficient of friction begins, unless one is given.
 const FIRST_FRICTION: f64 = 0.1;
 /// Change of the coefficient of friction that counts as much as a relative change of 1 in other parameters: that of a rough dry pair.
@@ -84,6 +93,8 @@ pub enum ParameterProblem {
     UnknownGap(String, usize),
     /// Gaps and friction at once.
     GapAndFriction,
+    /// Robots that rub differently.
+    Frictions,
     /// Notches of a tube are cut radially: robot, tube number.
     Radial(String, usize),
     /// One value for all tubes: the name.
@@ -139,8 +150,16 @@ impl fmt::Display for ParameterProblem {
                 "the gap inside tube {tube} of {robot} is not known, since one of its walls is not; fit it as well (gap without @)"
             ),
             Self::GapAndFriction => {
-                write!(f, "friction is computed without gaps between the tubes; fit gap without it")
+                write!(
+                    f,
+                    "friction is computed without gaps between the tubes; fit gap without it, and with a friction of 0 where the robot \
+                     file has one"
+                )
             }
+            Self::Frictions => write!(
+                f,
+                "the robots rub differently, and a fit has one friction for all of them; give it (0 leaves it out)"
+            ),
             Self::Radial(robot, tube) => write!(
                 f,
                 "the notches of tube {tube} of {robot} are cut radially, and tooth_factor is for notches that a plane cuts: what a radial cut \

@@ -87,7 +87,7 @@ fn recovers(name: &str, truth: &[(&str, f64)], csv: &str, within: f64) {
         assert!((estimate.before / want - 1.0).abs() > 0.01, "{name}: {parameter} was there before");
     }
     assert!(fit.rms < 1e-3 * fit.rms_before || fit.rms.is_nan(), "{name}: {} {}", fit.rms, fit.rms_before);
-    let written = fitted_file(&text(name), &fit.estimates).unwrap();
+    let written = fitted_file(&text(name), &fit.estimates, None).unwrap();
     let Design::Bundle(meant) = &fit.designs[0] else { panic!("no bundle") };
     let read = cppr_io::bundle_file::parse(&written).unwrap();
     let tip = |design: &BundleDesign| {

@@ -240,7 +240,7 @@ fn fitted_values_go_into_the_file_and_nothing_else_changes() {
     let csv = data(&["r1"], &truth, &[0.0, 0.15], &[0.0], 0.0, 1);
     let fit = fitted(&["r1"], &csv, &["centroid_offset_factor", "youngs_modulus"]).unwrap();
     let before = text("r1");
-    let after = fitted_file(&before, &fit.estimates).unwrap();
+    let after = fitted_file(&before, &fit.estimates, None).unwrap();
     let changed: Vec<(&str, &str)> = before.lines().zip(after.lines()).filter(|(a, b)| a != b).collect();
     assert_eq!(before.lines().count(), after.lines().count());
     assert_eq!(changed.len(), 2, "{changed:?}");
@@ -263,8 +263,9 @@ fn fitted_values_go_into_the_file_and_nothing_else_changes() {
             estimate
         })
         .collect();
-    let design =
-        Design::from(cppr_io::bundle_file::parse_either(&fitted_file(&before, &estimates).unwrap()).unwrap());
+    let design = Design::from(
+        cppr_io::bundle_file::parse_either(&fitted_file(&before, &estimates, None).unwrap()).unwrap(),
+    );
     for (name, value) in list {
         let got = Parameter::parse(name).unwrap().present(std::slice::from_ref(&design));
         assert!((got / value - 1.0).abs() < 1e-6, "{name}: {got}");

@@ -8,7 +8,7 @@ use cppr::clearance::Clearance;
 use cppr::design::{CellFactors, CellRange, CellTable, Cut, Robot, TeethStiffness, TubeDesign};
 use cppr::solve::{Command, Drive, Solver};
 use cppr::statics::Loads;
-use cppr_calibrate::{Design, Fit, FitProblem, Parameter, fit, fitted_file, read};
+use cppr_calibrate::{Design, Fit, FitProblem, Parameter, common_friction, fit, fitted_file, read};
 use std::fmt::Write;
 
 fn text(name: &str) -> String {
@@ -119,7 +119,7 @@ fn metal_that_softens() {
     let forces = [0.4, 0.8, 1.1, 1.2, 1.3, 1.4];
     let csv = pulled(&wrist(), &truth, &forces);
     let fit = recovers(&wrist(), &csv, &truth, 1e-4);
-    let file = fitted_file(&wrist(), &fit.estimates).unwrap();
+    let file = fitted_file(&wrist(), &fit.estimates, None).unwrap();
     assert!(
         file.contains("onset_strain_percent = 0.7") && file.contains("second_modulus_GPa = 6.0"),
         "{file}"
@@ -131,7 +131,7 @@ fn metal_that_softens() {
     // Compression and unloading keep their ratios, in the design as in the file.
     let more = "[material]\nunloading_onset_strain_percent = 0.3\ncompression_onset_strain_percent = 1.2";
     let other = wrist().replace("[material]", more);
-    let file = fitted_file(&other, &fit.estimates).unwrap();
+    let file = fitted_file(&other, &fit.estimates, None).unwrap();
     let changed = truly(&other, &[("onset_strain", fit.estimates[1].value)]);
     let onsets = |design: &Design| {
         let Design::Bundle(own) = design else { panic!("a robot") };
@@ -225,7 +225,7 @@ fn a_factor_on_teeth() {
         assert!((own.value / want - 1.0).abs() < 1e-4 && !own.at_bound, "{name}: {own:?}");
         assert!((own.before / want - 1.0).abs() > 0.1, "{name}");
     }
-    let file = fitted_file(&text("wrists/wrist90"), &found.estimates).unwrap();
+    let file = fitted_file(&text("wrists/wrist90"), &found.estimates, None).unwrap();
     assert!(file.contains("tooth_factor = 1.4"), "{file}");
     let one: String = csv
         .lines()
@@ -278,7 +278,7 @@ fn a_gap_between_tubes() {
     let fit = recovers(&text("r1"), &csv, &truth, 1e-4);
     assert!((fit.estimates[1].before / 0.5e-3 - 1.0).abs() < 1e-9, "the radii leave 0.5 mm");
     assert!(fit.estimates[1].interval < 1e-6, "{:?}", fit.estimates);
-    let file = fitted_file(&text("r1"), &fit.estimates).unwrap();
+    let file = fitted_file(&text("r1"), &fit.estimates, None).unwrap();
     assert!(file.contains("youngs_modulus_GPa = 4.8") && !file.contains("gap"), "{file}");
     // A longer lever does much the same to what was measured as coarsely as this.
     let coarse = loose(&truth[..1], 0.32e-3, 10.0);
@@ -332,8 +332,18 @@ fn friction_from_motors_driven_on_and_back() {
     let fit = recovers(&text("r1"), &csv, &truth, 1e-4);
     assert!(fit.estimates[1].interval < 1e-3, "{:?}", fit.estimates);
     assert!(matches!(fit.designs[0], Design::Robot(_)), "the robot stays what it was");
-    let file = fitted_file(&text("r1"), &fit.estimates).unwrap();
-    assert!(file.contains("youngs_modulus_GPa = 4.6") && !file.contains("friction"), "{file}");
+    let file = fitted_file(&text("r1"), &fit.estimates, Some(0.02)).unwrap();
+    let rubs = cppr_io::robot_file::parse(&file).unwrap().friction.unwrap();
+    assert!((rubs.coefficient / 0.23 - 1.0).abs() < 1e-4 && rubs.guide == Some(0.02), "{file}");
+    let again = fitted_file(&file, &fit.estimates, None).unwrap();
+    assert_eq!(
+        cppr_io::robot_file::parse(&again).unwrap().friction,
+        Some(rubs),
+        "another fit keeps the guide"
+    );
+    assert_eq!(common_friction(&[Some(rubs), Some(rubs)]), Ok(Some(rubs)));
+    let other = common_friction(&[Some(rubs), None]).unwrap_err();
+    assert!(other.to_string().contains("rub differently"), "{other}");
     // A known coefficient holds where it is not fitted; another gives another modulus on one side.
     let on = rubbed(&truth, 0.23, &["on"], 1e-4);
     let modulus = |friction: Option<f64>| fitted(&text("r1"), &on, &["youngs_modulus"], friction).unwrap();

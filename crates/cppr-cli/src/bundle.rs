@@ -14,7 +14,7 @@ use crate::solve::Args;
 use crate::table::{counted, millimetres, plain};
 use cppr::analysis::{BundleAnalysis, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort, load_behind_plate};
-use cppr::bundle::{Bundle, BundleDesign, BundleSection, Shaft, TubeParts};
+use cppr::bundle::{Bundle, BundleDesign, BundleSection, Friction, Shaft, TubeParts};
 use cppr::kinematics::TipPose;
 use cppr_io::contact_record;
 use cppr_plot::Figure;
@@ -29,7 +29,12 @@ const PROMISED: f64 = 1e-4;
 const SMOOTH: f64 = 200.0;
 
 /// Solves, prints, writes.
-pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), Failure> {
+pub fn run(
+    args: &Args,
+    outputs: &Outputs,
+    design: &BundleDesign,
+    friction: Option<Friction>,
+) -> Result<(), Failure> {
     let Ready { bundle, command, stretch } = match &args.scenario {
         Some(path) => Ready::with(scenario::bundle_command(path, design)?, &args.robot, design)?,
         None => Ready::new(&args.command, &args.robot, design)?,
@@ -52,7 +57,7 @@ pub fn run(args: &Args, outputs: &Outputs, design: &BundleDesign) -> Result<(), 
                 "--guide-gap: play in the guide is solved for in robots without parts and joints".into(),
             ));
         }
-        let touch = Touch::of(solver, &found, &args.friction, args.contact)?;
+        let touch = Touch::of(solver, &found, friction, args.contact)?;
         let gapped = args.clearance.map(|gap| Gapped::of_bundle(solver, &found, design.gaps(), gap));
         Touch { gapped: gapped.transpose()?, ..touch }
     } else {

@@ -52,7 +52,7 @@ fn by_key(
 ) -> Result<(ByKey, f64), Failure> {
     let (mut keys, value) = moved_keys(text, key)?;
     let fail = |why: String| Failure::Input(format!("--by {key}: {why}"));
-    let at = |by: f64| keys.bundle(&[value + by]).ok().map(|(bundle, _)| bundle);
+    let at = |by: f64| keys.bundle(&[value + by]).ok().map(|own| own.0);
     let moved = MovedBundle::new(STEP_OF_PARTS * value, at)
         .ok_or_else(|| fail(format!("no robot can be built with a value {} % off", 100.0 * STEP_OF_PARTS)))?;
     let read = |own: &BundleEquilibrium| -> Vec<f64> {

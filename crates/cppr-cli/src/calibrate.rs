@@ -4,11 +4,13 @@ use crate::Failure;
 use crate::command::{build, described, unsound};
 use crate::figure;
 use crate::output::{check, print, write, write_or_print};
-use crate::rubbing::{coefficient, guide};
+use crate::rubbing::{FrictionArgs, coefficient, guide};
 use cppr::analysis::ACCURACY;
-use cppr::bundle::{Bundle, Friction};
+use cppr::bundle::Bundle;
 use cppr::solve::Quantity;
-use cppr_calibrate::{Design, Fit, FitProblem, Observed, Parameter, ParameterKind, fit, fitted_file, read};
+use cppr_calibrate::{
+    Design, Fit, FitProblem, Observed, Parameter, ParameterKind, common_friction, fit, fitted_file, read,
+};
 use cppr_io::bundle_file::Described;
 use cppr_plot::{Axis, XyCurve, XyInput, xy_figure};
 use std::fmt::Write;
@@ -40,11 +42,11 @@ pub struct Args {
     /// Parameters to fit
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     fit: Vec<String>,
-    /// Coefficient of friction between the tubes: where its fit begins, or what holds where it is not fitted
+    /// Coefficient of friction between the tubes: where its fit begins, or what holds where it is not fitted; default: that of the robot files, if any; 0 leaves it out
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
     friction: Option<f64>,
-    /// Length of the guide below the plate in which tubes are held: adds its friction
-    #[arg(long, value_name = "LENGTH", requires = "friction", value_parser = guide)]
+    /// Length of the guide below the plate in which tubes are held: adds its friction; default: that of the robot files
+    #[arg(long, value_name = "LENGTH", value_parser = guide)]
     guide: Option<f64>,
     /// Folder for the robot files with the fitted values
     #[arg(long, short, value_name = "FOLDER")]
@@ -66,15 +68,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let list = args.fit.iter().map(|name| Parameter::parse(name.trim())).collect::<Result<Vec<_>, _>>();
     let list = list.map_err(|e| Failure::Input(format!("--fit: {e}")))?;
-    let mut designs = Vec::new();
+    let (mut designs, mut frictions) = (Vec::new(), Vec::new());
     for path in &args.robots {
         let described = described(path)?;
         match &described {
             Described::Robot(file) => drop(build(file, path)?),
-            Described::Bundle(design) => {
+            Described::Bundle { design, .. } => {
                 drop(Bundle::new(design).map_err(|problems| unsound(path, &problems))?);
             }
         }
+        frictions.push(described.friction());
         designs.push(Design::from(described));
     }
     let shown = args.data.display();
@@ -85,7 +88,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let lines: Vec<String> = problems.iter().map(|p| format!("{shown}: {p}")).collect();
         Failure::Input(lines.join("\n"))
     })?;
-    let friction = args.friction.map(|coefficient| Friction { coefficient, guide: args.guide });
+    let own = match common_friction(&frictions) {
+        Err(problem) if args.friction.is_none() => return Err(Failure::Input(problem.to_string())),
+        own => own.ok().flatten(),
+    };
+    let friction = FrictionArgs { friction: args.friction, guide: args.guide }.alone(own)?;
     let found = fit(&designs, &rows, &list, friction, None).map_err(|problem| match problem {
         FitProblem::NoEquilibrium(..) => Failure::NoEquilibrium(format!("{shown}: {problem}")),
         FitProblem::Measurement(..) => Failure::Input(format!("{shown}: {problem}")),
@@ -94,7 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
         for path in &args.robots {
-            put(path, folder, &found)?;
+            put(path, folder, &found, friction.and_then(|own| own.guide))?;
         }
     }
     if let (Some(path), Some(format)) = (&args.plot, format) {
@@ -127,10 +134,10 @@ fn place(folder: &Path, robots: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn put(robot: &Path, folder: &Path, found: &Fit) -> Result<(), Failure> {
+fn put(robot: &Path, folder: &Path, found: &Fit, guide: Option<f64>) -> Result<(), Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::Input(format!("{}: {e}", robot.display()));
     let text = fs::read_to_string(robot).map_err(|e| failed(&e))?;
-    let fitted = fitted_file(&text, &found.estimates).map_err(|e| failed(&e))?;
+    let fitted = fitted_file(&text, &found.estimates, guide).map_err(|e| failed(&e))?;
     let name = robot.file_name().ok_or_else(|| failed(&"is no file"))?;
     write(&folder.join(name), fitted.as_bytes())
 }
@@ -198,13 +205,6 @@ fn table(found: &Fit) -> String {
             "bound: {} ends at {:.5}{unit}, where its values end; the data ask for one beyond, which a wrong model does as well",
             e.parameter,
             e.value / size
-        );
-    }
-    if let Some(e) = found.estimates.iter().find(|e| e.parameter.kind == ParameterKind::Friction) {
-        let _ = writeln!(
-            text,
-            "friction stands in no robot file: give --friction {:.4} to the commands that take it",
-            e.value
         );
     }
     for e in found.estimates.iter().filter(|e| e.parameter.kind == ParameterKind::Gap) {

@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let described = bundle_file::read(&args.robot).map_err(|p| Failure::Input(p.to_string()))?;
     let (name, count) = match &described {
         Described::Robot(file) => (file.design.name.clone(), file.design.tubes.len()),
-        Described::Bundle(design) => (design.name.clone(), design.tubes.len()),
+        Described::Bundle { design, .. } => (design.name.clone(), design.tubes.len()),
     };
     if let Some(tube) = args.tube.filter(|tube| !(1..=count).contains(tube)) {
         return Err(Failure::Input(format!("--tube: there is no tube {tube}; this robot has 1 to {count}")));
@@ -122,7 +122,7 @@ fn pieces(described: Described) -> Vec<Piece> {
                 add(tube, 0.0, length, body);
             }
         }
-        Described::Bundle(design) => {
+        Described::Bundle { design, .. } => {
             for (tube, parts) in design.tubes.into_iter().enumerate() {
                 let mut from = 0.0;
                 for part in parts.parts {

@@ -86,7 +86,7 @@ fn describe(path: &Path) -> Result<(String, Value), Failure> {
                 "planar": robot.is_planar(), "warnings": doubts(&robot) });
             Ok((text, found))
         }
-        Described::Bundle(design) => {
+        Described::Bundle { design, .. } => {
             let bundle = Bundle::new(&design).map_err(|problems| unsound(path, &problems))?;
             let (tubes, joints, length) = (design.tubes.len(), design.joints.len(), bundle.length());
             let text = format!(

@@ -264,7 +264,7 @@ impl CommandArgs {
         ];
         if let Some((name, _, why)) = not_here.into_iter().find(|(_, given, _)| *given) {
             return Err(Failure::Input(format!(
-                "{name} is not for a robot with parts or joints: {why}; leave it away"
+                "{name} is not for a robot with parts or joints, nor for friction: {why}; leave it away"
             )));
         }
         self.check()?;

@@ -141,9 +141,9 @@ impl Args {
 /// Traces, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
-    match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
+    match args.accuracy.described(&args.robot, args.command.rest.needs_modes())? {
         Described::Robot(file) => of_robot(args, &outputs, &build(&file, &args.robot)?),
-        Described::Bundle(design) => bundle_continuation::run(args, &outputs, &design),
+        Described::Bundle { design, .. } => bundle_continuation::run(args, &outputs, &design),
     }
 }
 

@@ -54,10 +54,10 @@ pub struct Args {
     pub tip_force: Option<[f64; 3]>,
     #[command(flatten)]
     pub rest: RestArgs,
-    /// Coefficient of friction between the tubes
+    /// Coefficient of friction between the tubes; default: that of the robot file
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
-    pub friction: f64,
-    /// Length of the guide below the plate in which tubes are held: adds its friction
+    pub friction: Option<f64>,
+    /// Length of the guide below the plate in which tubes are held: adds its friction; default: that of the robot file
     #[arg(long, value_name = "LENGTH", value_parser = guide)]
     pub guide: Option<f64>,
     /// Steps from one value of the path to the next, short after the turn and longer further on
@@ -161,7 +161,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         drive: DriveArgs { tip_force: args.tip_force, ..paths.drives(0) },
         rest: args.rest.clone(),
     };
-    let (name, bundle, base, stretch) = match described(&args.robot)? {
+    let described = described(&args.robot)?;
+    let friction = friction(args, described.friction())?;
+    let (name, bundle, base, stretch) = match described {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let settings = command.settings();
@@ -177,13 +179,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let bundle = Bundle::from_robot(&robot).map_err(|p| Failure::Input(p.to_string()))?;
             (file.design.name, bundle, BundleCommand::from(&asked), settings.resolution.stretch > 0)
         }
-        Described::Bundle(design) => {
+        Described::Bundle { design, .. } => {
             let bundle::Ready { bundle, command, stretch } =
                 bundle::Ready::new(&command, &args.robot, &design)?;
             (design.name.clone(), bundle, command, stretch)
         }
     };
-    let friction = Friction { coefficient: args.friction, guide: args.guide };
     let course = Course { name, base, stretch, friction, paths, steps: args.steps };
     let mut solver = BundleSolver::new(&bundle).with_stretch(course.stretch);
     let kept = args.checkpoint.as_deref().map(|path| Checkpoint::new(path, args, &course)).transpose()?;
@@ -198,6 +199,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.draw(|| Ok(cycle_figure::draw(&history, &friction)))?;
     outputs.report(&table(&history, &friction, closed.as_ref()))
+}
+
+/// How the tubes rub: as the options say, else as the robot file does.
+fn friction(args: &Args, own: Option<Friction>) -> Result<Friction, Failure> {
+    let coefficient = args.friction.or(own.map(|own| own.coefficient)).ok_or_else(|| {
+        let text = "say how the tubes rub: give --friction, or write [friction] in the robot file";
+        Failure::Input(text.into())
+    })?;
+    Ok(Friction { coefficient, guide: args.guide.or(own.and_then(|own| own.guide)) })
 }
 
 /// Motors that move, and the values at which they turn back.

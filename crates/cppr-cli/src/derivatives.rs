@@ -97,9 +97,9 @@ pub fn spin_from(rotation: &Matrix3<f64>, before: &Matrix3<f64>) -> Vector3<f64>
 /// Differentiates, prints, writes.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [args.json.as_deref(), None, None])?;
-    let robot = match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
+    let robot = match args.accuracy.described(&args.robot, args.command.rest.needs_modes())? {
         Described::Robot(file) => build(&file, &args.robot)?,
-        Described::Bundle(design) => return bundle_derivatives::run(args, &outputs, &design),
+        Described::Bundle { design, .. } => return bundle_derivatives::run(args, &outputs, &design),
     };
     let command = args.command.command(&robot)?;
     let mut solver = args.command.solver(&robot)?;

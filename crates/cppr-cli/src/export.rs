@@ -162,13 +162,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(input("a DXF holds the cut pattern of one tube at rest: add --tube 1"));
     }
     let (robot, bent): (Box<dyn Tubes>, _) =
-        match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
+        match args.accuracy.described(&args.robot, args.command.rest.needs_modes())? {
             Described::Robot(file) => {
                 let robot = build(&file, &args.robot)?;
                 let bent = if args.tube.is_none() { Some(solved(args, &file, &robot)?) } else { None };
                 (Box::new(file), bent)
             }
-            Described::Bundle(design) => {
+            Described::Bundle { design, .. } => {
                 let bundle = Bundle::new(&design).map_err(|problems| unsound(&args.robot, &problems))?;
                 let bent =
                     if args.tube.is_none() { Some(solved_bundle(args, &design, &bundle)?) } else { None };

@@ -5,6 +5,7 @@ use crate::bundle::Ready;
 use crate::command::{CommandArgs, build};
 use crate::quantity::{ForTube, Kind, bounds};
 use crate::resolved::{AccuracyArgs, Resolved};
+use crate::rubbing::FrictionArgs;
 use crate::table::plain;
 use cppr::analysis::inverse::{FreeInput, InverseProblem, Uncertainty, free_within};
 use cppr::analysis::{BundleAnalysis, Governing, Teeth, absurd_demand, governing};
@@ -33,11 +34,21 @@ impl FreeArgs {
         &self,
         robot: &Path,
         args: &CommandArgs,
-        (accuracy, friction): (&AccuracyArgs, Option<Friction>),
+        (accuracy, friction): (&AccuracyArgs, Option<FrictionArgs>),
         of_robot: impl FnOnce(&mut Solver, &Command, &[FreeInput]) -> Result<(), Failure>,
-        of_bundle: impl FnOnce(&mut BundleAnalysis, &BundleCommand, &[FreeInput]) -> Result<(), Failure>,
+        of_bundle: impl FnOnce(
+            &mut BundleAnalysis,
+            &BundleCommand,
+            &[FreeInput],
+            Option<Friction>,
+        ) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        match accuracy.described(robot, args.rest.needs_modes(), friction.as_ref())? {
+        let keeps_modes = args.rest.needs_modes();
+        let (described, friction) = match friction {
+            Some(friction) => accuracy.rubbing(robot, keeps_modes, friction)?,
+            None => (accuracy.described(robot, keeps_modes)?, None),
+        };
+        match described {
             Described::Robot(file) => {
                 let built = build(&file, robot)?;
                 let command = args.command(&built)?;
@@ -45,11 +56,11 @@ impl FreeArgs {
                 let free = self.free(args, &mut solver, &command)?;
                 of_robot(&mut solver, &command, &free)
             }
-            Described::Bundle(design) => {
+            Described::Bundle { design, .. } => {
                 let ready = Ready::new(args, robot, &design)?;
                 let mut analysis = ready.analysis(&design);
                 let free = self.of_bundle(args, &mut analysis, &ready.command)?;
-                of_bundle(&mut analysis, &ready.command, &free)
+                of_bundle(&mut analysis, &ready.command, &free, friction)
             }
         }
     }

@@ -94,9 +94,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs = Outputs::new(&args.robot, [&args.json, &args.csv, &args.plot].map(Option::as_deref))?;
     let Outputs { json, csv, .. } = outputs;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
-    let report = match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), None)? {
+    let report = match args.accuracy.described(&args.robot, args.command.rest.needs_modes())? {
         Described::Robot(file) => of_robot(args, &build(&file, &args.robot)?, teeth)?,
-        Described::Bundle(design) => of_bundle(args, &design, teeth)?,
+        Described::Bundle { design, .. } => of_bundle(args, &design, teeth)?,
     };
     if (csv.is_some() || outputs.plot.is_some()) && report.sections.is_empty() {
         return Err(Failure::Input(

@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.free.search(
         &args.robot,
         &args.command,
-        (&args.accuracy, args.friction.friction()),
+        (&args.accuracy, Some(args.friction)),
         |solver, command, free| {
             let find = |solver: &mut Solver| {
                 solver.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))
@@ -99,11 +99,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
             finish(args, &outputs, &solver.robot().design().name, free, &state, &Touch::default(), answer)
         },
-        |analysis, command, free| {
+        |analysis, command, free, friction| {
             let answer = analysis.reach(command, free, &target, &accuracy).map_err(|p| free::failure(&p))?;
             let state = State::of_bundle(analysis, &answer.equilibrium);
             outputs.draw(|| bundle::marked(analysis, &answer.equilibrium, marks.clone()))?;
-            let touch = Touch::of(&analysis.solver, &answer.equilibrium, &args.friction, false)?;
+            let touch = Touch::of(&analysis.solver, &answer.equilibrium, friction, false)?;
             finish(args, &outputs, &analysis.design().name, free, &state, &touch, answer)
         },
     )

@@ -3,11 +3,12 @@
 use crate::Failure;
 use crate::command::{described, no_equilibrium};
 use crate::output::note;
+use crate::rubbing::FrictionArgs;
 use crate::table::plain;
 use cppr::analysis::{ACCURACY, Accuracy, Against, Followed};
 use cppr::bundle::Friction;
 use cppr::solve::{Command, Equilibrium, Settings, Solver, Status};
-use cppr_io::bundle_file::{self, Described};
+use cppr_io::bundle_file::Described;
 use cppr_io::result::AccuracyRecord;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -33,30 +34,36 @@ fn part_of_length(text: &str) -> Result<f64, String> {
 }
 
 impl AccuracyArgs {
-    /// Reads a robot file. What is to be integrated is described as parts and joints: robots for which that is asked for, with friction, and those with sudden changes
+    /// Reads a robot file. What is to be integrated is described as parts and joints: robots for which that is asked for, and those with sudden changes
     /// that modes do not follow, unless `keeps_modes`: unless something is asked for that only modes have.
-    pub fn described(
+    pub fn described(&self, path: &Path, keeps_modes: bool) -> Result<Described, Failure> {
+        let own = described(path)?;
+        if self.integrate {
+            return Ok(Described::Bundle { friction: own.friction(), design: own.into_bundle() });
+        }
+        if keeps_modes {
+            return Ok(own);
+        }
+        let (robot, sudden) = own.integrated();
+        if let Some(places) = sudden {
+            note(&format!(
+                "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",
+                path.display()
+            ));
+        }
+        Ok(robot)
+    }
+
+    /// The same with the friction that is asked for, with which every robot is integrated.
+    pub fn rubbing(
         &self,
         path: &Path,
         keeps_modes: bool,
-        friction: Option<&Friction>,
-    ) -> Result<Described, Failure> {
-        if !self.integrate && friction.is_none() {
-            let own = described(path)?;
-            if keeps_modes {
-                return Ok(own);
-            }
-            let (robot, sudden) = own.integrated();
-            if let Some(places) = sudden {
-                note(&format!(
-                    "{}: modes do not follow sudden changes ({places}): integrated along the robot, as with --integrate\n",
-                    path.display()
-                ));
-            }
-            return Ok(robot);
-        }
-        let design = bundle_file::read_bundle(path).map_err(|problem| Failure::Input(problem.to_string()))?;
-        Ok(Described::Bundle(design))
+        args: FrictionArgs,
+    ) -> Result<(Described, Option<Friction>), Failure> {
+        let friction = args.alone(described(path)?.friction())?;
+        let own = Self { integrate: self.integrate || friction.is_some(), ..*self };
+        Ok((own.described(path, keeps_modes)?, friction))
     }
 
     /// Solves from rest; where that finds no stable equilibrium, follows the path of equilibria from rest to the command. What is found may be no equilibrium.

@@ -17,21 +17,32 @@ const NOTHING: f64 = 1e-6;
 const TALL: f64 = 180.0;
 
 /// How tubes rub.
-#[derive(clap::Args)]
-#[command(group = clap::ArgGroup::new("guided").multiple(true))]
+#[derive(Clone, Copy, clap::Args)]
 pub struct FrictionArgs {
-    /// Coefficient of friction between the tubes: give the two answers, of motors driven on and of motors driven back, between which friction leaves the robot
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, group = "guided", value_parser = coefficient)]
-    friction: Option<f64>,
-    /// Length of the guide below the plate in which tubes are held: adds its friction
-    #[arg(long, value_name = "LENGTH", requires = "guided", value_parser = guide)]
+    /// Coefficient of friction between the tubes: give the two answers, of motors driven on and of motors driven back, between which friction leaves the robot;
+    /// default: that of the robot file, if any; 0 leaves it out
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true, value_parser = coefficient)]
+    pub friction: Option<f64>,
+    /// Length of the guide below the plate in which tubes are held: adds its friction; default: that of the robot file
+    #[arg(long, value_name = "LENGTH", value_parser = guide)]
     pub guide: Option<f64>,
 }
 
 impl FrictionArgs {
-    /// What is asked for.
-    pub fn friction(&self) -> Option<Friction> {
-        self.friction.map(|coefficient| Friction { coefficient, guide: self.guide })
+    /// The friction of a robot file as the options leave it; none where there is none, or where they take it away.
+    pub fn or(self, own: Option<Friction>) -> Option<Friction> {
+        let coefficient = self.friction.or(own.map(|own| own.coefficient))?;
+        let guide = self.guide.or(own.and_then(|own| own.guide));
+        (coefficient > 0.0).then_some(Friction { coefficient, guide })
+    }
+
+    /// The same where the guide has no other use.
+    pub fn alone(self, own: Option<Friction>) -> Result<Option<Friction>, Failure> {
+        if self.guide.is_some() && self.friction.is_none() && own.is_none() {
+            let text = "--guide: nothing is asked of the guide; give --friction, or write [friction] in the robot file, or give --guide-gap beside --clearance";
+            return Err(Failure::Input(text.into()));
+        }
+        Ok(self.or(own))
     }
 }
 
@@ -77,7 +88,7 @@ impl Touch {
     pub fn of(
         solver: &BundleSolver,
         found: &BundleEquilibrium,
-        args: &FrictionArgs,
+        friction: Option<Friction>,
         wanted: bool,
     ) -> Result<Self, Failure> {
         let length = solver.bundle().length();
@@ -86,12 +97,12 @@ impl Touch {
         } else {
             Contact::default()
         };
-        let slip = match args.friction() {
+        let slip = match friction {
             None => None,
             Some(friction) => {
                 let sides = solver.full_slip(found, &friction).ok_or_else(|| {
                     Failure::NoEquilibrium(format!(
-                        "--friction {}: no equilibrium with full slip was found; take less friction, or command less",
+                        "friction {}: no equilibrium with full slip was found; take less friction, command less, or leave it out with --friction 0",
                         friction.coefficient
                     ))
                 })?;

@@ -100,8 +100,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .into(),
         ));
     }
-    let friction = args.friction.friction();
-    match args.accuracy.described(&args.robot, args.command.rest.needs_modes(), friction.as_ref())? {
+    let (described, friction) =
+        args.accuracy.rubbing(&args.robot, args.command.rest.needs_modes(), args.friction)?;
+    match described {
         Described::Robot(file) => {
             let robot = build(&file, &args.robot)?;
             let command = args.command.command(&robot)?;
@@ -113,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let (answer, resolved) = args.accuracy.search(&mut solver, find, |answer| &answer.equilibrium)?;
             finish(args, &outputs, &robot.design().name, &measured, (&answer, None), Some(&resolved))
         }
-        Described::Bundle(design) => {
+        Described::Bundle { design, .. } => {
             let ready = Ready::new(&args.command, &args.robot, &design)?;
             believable(ready.bundle.length(), args.measured_position)?;
             let mut analysis = ready.analysis(&design);

@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             outputs.draw(|| figure::marked_shape(solver, &answer.equilibrium, marks.clone()))?;
             finish(&outputs, &solver.robot().design().name, free, &state, &answer)
         },
-        |analysis, command, free| {
+        |analysis, command, free, _| {
             let answer = analysis.shape_match(command, free, &points).map_err(|p| free::failure(&p))?;
             let state = State::of_bundle(analysis, &answer.equilibrium);
             outputs.draw(|| bundle::marked(analysis, &answer.equilibrium, marks.clone()))?;

@@ -15,6 +15,7 @@ use crate::scenario;
 use crate::table::table;
 use crate::unstable::Unstable;
 use cppr::analysis::{Followed, Teeth};
+use cppr::bundle::Friction;
 use cppr::clearance::Guide;
 use cppr::solve::{Equilibrium, Solver};
 use cppr_io::bundle_file::Described;
@@ -77,7 +78,7 @@ pub struct Args {
     #[arg(long, value_name = "GAP", allow_hyphen_values = true, value_parser = gap)]
     pub clearance: Option<Gap>,
     /// Radial gap between tube 2 and the --guide below the plate, at whose lower end the motors hold the tubes; without it they leave the plate on the axis and straight
-    #[arg(long, value_name = "GAP", allow_hyphen_values = true, requires_all = ["clearance", "guide"], group = "guided", value_parser = guide_gap)]
+    #[arg(long, value_name = "GAP", allow_hyphen_values = true, requires_all = ["clearance", "guide"], value_parser = guide_gap)]
     pub guide_gap: Option<f64>,
     /// Sections at which fields are written
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(2..=100_000))]
@@ -101,10 +102,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Some(path) => scenario::read(path)?.needs_modes(),
         None => args.command.rest.needs_modes(),
     };
-    let file = match args.accuracy.described(&args.robot, keeps_modes, None)? {
+    let described = args.accuracy.described(&args.robot, keeps_modes)?;
+    let friction = match args.guide_gap {
+        Some(_) => args.friction.or(described.friction()),
+        None => args.friction.alone(described.friction())?,
+    };
+    let file = match described {
         Described::Robot(_) if args.hysteresis => return Err(hysteresis::without()),
         Described::Robot(file) => file,
-        Described::Bundle(design) => return bundle::run(args, &outputs, &design),
+        Described::Bundle { design, .. } => return bundle::run(args, &outputs, &design, friction),
     };
     let (mut solver, command) = if let Some(path) = &args.scenario {
         scenario::apply(path, &args.robot)?
@@ -140,7 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let direction = stability.map(|s| s.tip_direction.into());
     let unstable = Unstable::of(&mut solver, found, &args.robot);
     let exceeded = Exceeded::of(&mut solver, found, Teeth::Rigid);
-    let touch = touch(&mut solver, found, args)?;
+    let touch = touch(&mut solver, found, args, friction)?;
     if let Some(path) = json {
         let mut record = ResultRecord::new(found, &shape, margin, direction);
         record.accuracy = resolved
@@ -175,20 +181,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// What the tubes do to each other, where that is asked for.
-fn touch(solver: &mut Solver, found: &Equilibrium, args: &Args) -> Result<Touch, Failure> {
+fn touch(
+    solver: &mut Solver,
+    found: &Equilibrium,
+    args: &Args,
+    friction: Option<Friction>,
+) -> Result<Touch, Failure> {
     let guide = args.friction.guide.zip(args.guide_gap).map(|(length, gap)| Guide { length, gap });
     let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap, guide)).transpose()?;
-    if !(args.contact || args.friction.friction().is_some()) {
+    if !(args.contact || friction.is_some()) {
         return Ok(Touch { gapped, ..Touch::default() });
     }
     let own = solver.integrated(found).ok_or_else(|| {
         Failure::Input(
-            "--contact and --friction need an equilibrium of the consistent formulation, rotations of the motors, and a pose that the integration along the robot \
-             confirms; leave --formulation printed and --relative-angle away"
+            "contact and friction need an equilibrium of the consistent formulation, rotations of the motors, and a pose that the integration along the robot \
+             confirms; leave --formulation printed and --relative-angle away, or --contact, and the friction of the robot file with --friction 0"
                 .into(),
         )
     })?;
-    let touch = Touch::of(&own.solver(), &own.equilibrium, &args.friction, args.contact)?;
+    let touch = Touch::of(&own.solver(), &own.equilibrium, friction, args.contact)?;
     Ok(Touch { gapped, ..touch })
 }
 

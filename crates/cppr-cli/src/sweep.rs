@@ -13,7 +13,7 @@ use crate::resolved::AccuracyArgs;
 use crate::rubbing::FrictionArgs;
 use cppr::analysis::{ACCURACY, Teeth, absurd_demand};
 use cppr::bundle::solve::{BundleCommand, TubeDrive};
-use cppr::bundle::{Bundle, BundleDesign};
+use cppr::bundle::{Bundle, BundleDesign, Friction};
 use cppr::design::Robot;
 use cppr::solve::{CommandProblem, Quantity};
 use cppr_io::bundle_file::Described;
@@ -304,17 +304,14 @@ fn one_pose(args: &Args) -> CommandArgs {
 }
 
 /// What is swept.
-fn subject(args: &Args) -> Result<Subject, Failure> {
-    Ok(
-        match args.accuracy.described(
-            &args.robot,
-            args.rest.needs_modes() || args.margin,
-            args.friction.friction().as_ref(),
-        )? {
-            Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
-            Described::Bundle(design) => Subject::Bundle(Box::new(of_bundle(args, design)?)),
-        },
-    )
+fn subject(args: &Args) -> Result<(Subject, Option<Friction>), Failure> {
+    let keeps_modes = args.rest.needs_modes() || args.margin;
+    let (described, friction) = args.accuracy.rubbing(&args.robot, keeps_modes, args.friction)?;
+    let subject = match described {
+        Described::Robot(file) => Subject::Robot(Box::new(of_robot(args, build(&file, &args.robot)?)?)),
+        Described::Bundle { design, .. } => Subject::Bundle(Box::new(of_bundle(args, design)?)),
+    };
+    Ok((subject, friction))
 }
 
 /// What a robot is asked in all poses.
@@ -344,7 +341,7 @@ fn of_bundle(args: &Args, design: BundleDesign) -> Result<BundleSubject, Failure
 }
 
 /// The task that the arguments describe.
-fn task(args: &Args, subject: Subject) -> Result<Task, Failure> {
+fn task(args: &Args, (subject, friction): (Subject, Option<Friction>)) -> Result<Task, Failure> {
     let robot_text = std::fs::read_to_string(&args.robot)
         .map_err(|error| Failure::Input(format!("{}: {error}", args.robot.display())))?;
     let plan = match args.samples {
@@ -354,15 +351,7 @@ fn task(args: &Args, subject: Subject) -> Result<Task, Failure> {
     let axes = axes(args)?;
     let teeth = if args.bending_teeth { Teeth::Bending } else { Teeth::Rigid };
     let limits = args.limits.then_some(teeth);
-    Ok(Task {
-        subject,
-        robot_text,
-        axes,
-        plan,
-        margin: args.margin,
-        limits,
-        friction: args.friction.friction(),
-    })
+    Ok(Task { subject, robot_text, axes, plan, margin: args.margin, limits, friction })
 }
 
 /// What varies.

@@ -82,17 +82,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let solved = if keeps_modes { robot.clone() } else { robot.clone().integrated().0 };
     match &solved {
         Described::Robot(file) => drop(build(file, &args.robot)?),
-        Described::Bundle(design) => drop(Bundle::new(design).map_err(|p| unsound(&args.robot, &p))?),
+        Described::Bundle { design, .. } => drop(Bundle::new(design).map_err(|p| unsound(&args.robot, &p))?),
     }
     match (&args.scenario, &solved) {
         (Some(path), Described::Robot(_)) => drop(scenario::apply(path, &args.robot)?),
-        (Some(path), Described::Bundle(design)) => drop(scenario::bundle_command(path, design)?),
+        (Some(path), Described::Bundle { design, .. }) => drop(scenario::bundle_command(path, design)?),
         (None, _) => {}
     }
     if let Some(path) = &args.save {
         let driven = match &solved {
             Described::Robot(file) => 2..=file.design.tubes.len(),
-            Described::Bundle(design) => 1..=design.tubes.len(),
+            Described::Bundle { design, .. } => 1..=design.tubes.len(),
         };
         check_axes(&args.sweep, &driven)?;
         return save(args, path, robot, &scenario.unwrap_or_default());

@@ -160,6 +160,70 @@ fn sweeps_searches_and_sensing_know_friction() {
     assert!(json(&[&target[..], &there].concat())["friction"].is_null());
 }
 
+/// A robot file that says how its tubes rub is asked as with the options, which take its place.
+#[test]
+fn a_robot_file_holds_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, robot: &str| {
+        let text = std::fs::read_to_string(format!("../../robots/{robot}.toml")).unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text + "\n[friction]\ncoefficient = 0.2\nguide_mm = 20.0\n").unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let (one, bundle) = (put("one.toml", "r1"), put("two.toml", "bundles/two_sections"));
+    let rub = ["--friction", "0.2", "--guide", "20mm"];
+    let (plain, sections) = ("robots/r1.toml", "robots/bundles/two_sections.toml");
+    for (command, file, plain, more) in [
+        ("solve", &one, plain, &["--pull", "5mm"][..]),
+        ("solve", &bundle, sections, &["--pull", "2mm"]),
+        ("sense", &one, plain, &["--pull", "5mm", "--measured-tension", "5.2N"]),
+        (
+            "reach",
+            &one,
+            plain,
+            &["--position", "128,-58.3,0mm", "--rotate", "0deg", "--pull-bounds", "0..6mm"],
+        ),
+        ("cycle", &one, plain, &["--pull", "0..1mm", "--steps", "2"]),
+    ] {
+        let ask = |robot: &str, options: &[&str]| {
+            json(&[&[command, robot][..], more, options, &["--json", "-"]].concat())
+        };
+        let (own, told) = (ask(file, &[]), ask(plain, &rub));
+        assert_eq!(own["friction"], told["friction"], "{command}");
+        assert!(own["friction"]["guide_m"].as_f64().unwrap() > 0.0, "{command}: {own}");
+        let other = ask(file, &["--friction", "0.1"]);
+        assert_eq!(other["friction"], ask(plain, &["--friction", "0.1", "--guide", "20mm"])["friction"]);
+        if command != "cycle" {
+            assert_eq!(ask(file, &["--friction", "0"]), ask(plain, &[]), "{command}");
+        }
+    }
+    // Without modes there is no printed formulation, unless friction is left out.
+    let printed = ["solve", &one, "--pull", "1mm", "--formulation", "printed"];
+    refused(&printed, "--friction 0");
+    assert!(cppr(&[&printed[..], &["--friction", "0"]].concat()).status.success());
+    refused(&["cycle", plain, "--pull", "0..1mm"], "say how the tubes rub");
+    let table = |name: &str, more: &[&str]| {
+        let asked = ["sweep", &one, "--pull", "4..5mm:2", "--output", name];
+        let output = cppr_in(folder.path(), &[&asked[..], more].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let whole = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let rows: Vec<String> = whole.lines().filter(|l| !l.starts_with('#')).map(str::to_owned).collect();
+        let at = rows[0].split(',').position(|name| name == "loading_tube2_tension_N");
+        rows[1..].iter().filter_map(|row| row.split(',').nth(at?)?.parse().ok()).collect::<Vec<f64>>()
+    };
+    let own = table("own.csv", &[]);
+    assert_eq!(own.len(), 2);
+    assert!(table("without.csv", &["--friction", "0"]).is_empty());
+    // What varies of it is as the key says, the rest as the option.
+    let varied = table("varied.csv", &["--vary", "friction.coefficient=0.1..0.2:2", "--guide", "20mm"]);
+    assert!(
+        varied.len() == 4 && varied[0] < varied[2] && (varied[3] / own[1] - 1.0).abs() < 1e-9,
+        "{varied:?}"
+    );
+    let idle = ["--vary", "friction.coefficient=0.1..0.2:2", "--friction", "0", "--output", "idle.csv"];
+    refused(&[&["sweep", &one, "--pull", "1mm"], &idle[..]].concat(), "leaves friction out");
+}
+
 /// A robot of one length is solved with contact, near what is estimated; of others the estimate is told, and why it is one.
 #[test]
 fn gaps_are_solved_for_or_estimated() {

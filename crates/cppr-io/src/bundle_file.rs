@@ -23,16 +23,18 @@ use crate::profile_value::numbers;
 use crate::quantity::{
     ANGLE, AXIAL_SPRING, CURVATURE, FACTOR, LENGTH, NUMBER, PART, TORSION_SPRING, print, print_mm,
 };
-use crate::robot_file::{self, RobotFile, parse_as, read_as, read_factor, read_name, read_tubes, text_of};
+use crate::robot_file::{
+    self, RobotFile, parse_as, read_as, read_factor, read_friction, read_name, read_tubes, text_of,
+};
 use crate::stiffness::read_stiffness;
 use crate::sudden::sudden_changes;
 use crate::tube_file::{self, Robot, Tube, check_nesting, notched, read_outline, uncut};
-use cppr::bundle::{BundleDesign, Part, Shaft, TubeParts};
+use cppr::bundle::{BundleDesign, Friction, Part, Shaft, TubeParts};
 use cppr::design::{Material, Outline, TubeDesign};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
-const KEYS: [&str; 6] = ["name", "length_mm", "material", "calibration", "tube", "joint"];
+const KEYS: [&str; 7] = ["name", "length_mm", "material", "calibration", "friction", "tube", "joint"];
 const TUBE_KEYS: [&str; 14] = [
     "outer_radius_mm",
     "inner_radius_mm",
@@ -64,7 +66,12 @@ pub enum Described {
     /// Tubes of one length, joined at the tip, one pattern along each.
     Robot(RobotFile),
     /// Anything else.
-    Bundle(BundleDesign),
+    Bundle {
+        /// Its parts and joints.
+        design: BundleDesign,
+        /// How the tubes rub on each other, where the file says it.
+        friction: Option<Friction>,
+    },
 }
 
 impl Described {
@@ -73,7 +80,25 @@ impl Described {
     pub fn name(&self) -> &str {
         match self {
             Self::Robot(file) => &file.design.name,
-            Self::Bundle(design) => &design.name,
+            Self::Bundle { design, .. } => &design.name,
+        }
+    }
+
+    /// How the tubes rub on each other, where the file says it.
+    #[must_use]
+    pub fn friction(&self) -> Option<Friction> {
+        match self {
+            Self::Robot(file) => file.friction,
+            Self::Bundle { friction, .. } => *friction,
+        }
+    }
+
+    /// The robot as parts and joints.
+    #[must_use]
+    pub fn into_bundle(self) -> BundleDesign {
+        match self {
+            Self::Robot(file) => BundleDesign::from(&file.design),
+            Self::Bundle { design, .. } => design,
         }
     }
 
@@ -83,7 +108,7 @@ impl Described {
     pub fn integrated(self) -> (Self, Option<String>) {
         let Self::Robot(file) = &self else { return (self, None) };
         let Some(places) = sudden_changes(&file.design) else { return (self, None) };
-        (Self::Bundle(BundleDesign::from(&file.design)), Some(places))
+        (Self::Bundle { friction: file.friction, design: self.into_bundle() }, Some(places))
     }
 }
 
@@ -101,7 +126,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<Described, Problems> {
 /// All problems of the text.
 pub fn parse_either(text: &str) -> Result<Described, Problems> {
     if is_bundle(DeTable::parse_recoverable(text).0.get_ref()) {
-        parse(text).map(Described::Bundle)
+        parse_as(text, |table, out| Ok(bundle_of(table, out)))
+            .map(|(design, friction)| Described::Bundle { design, friction })
     } else {
         robot_file::parse(text).map(Described::Robot)
     }
@@ -120,7 +146,7 @@ pub fn read_bundle(path: impl AsRef<Path>) -> Result<BundleDesign, Problems> {
 /// # Errors
 /// All problems of the text.
 pub fn parse(text: &str) -> Result<BundleDesign, Problems> {
-    parse_as(text, |table, out| Ok(bundle_of(table, out)))
+    parse_as(text, |table, out| Ok(bundle_of(table, out).map(|own| own.0)))
 }
 
 /// Has the file a key that no robot of one length, joined at the tip, has?
@@ -154,12 +180,13 @@ struct Read {
     tube: Tube,
 }
 
-fn bundle_of(table: &DeTable<'_>, out: &mut Collector) -> Option<BundleDesign> {
+fn bundle_of(table: &DeTable<'_>, out: &mut Collector) -> Option<(BundleDesign, Option<Friction>)> {
     let root = Cursor::new(table, 0..0, String::new(), &KEYS, out);
     let name = read_name(&root, out);
     let length = root.field("length_mm", &LENGTH, out);
     let material = Common::read(&root, out);
     let factor = read_factor(&root, out);
+    let friction = read_friction(&root, out);
     let mut common = Robot { length: length.value, material, factor };
     let tubes = read_tubes(&root, &TUBE_KEYS, out, |cursor, number, out| {
         read_tube(cursor, number, length.present, &mut common, out)
@@ -170,7 +197,7 @@ fn bundle_of(table: &DeTable<'_>, out: &mut Collector) -> Option<BundleDesign> {
     check_nesting(&outlines, out);
     let tubes = tubes.into_iter().collect::<Option<Vec<_>>>()?;
     (!tubes.is_empty()).then_some(())?;
-    Some(BundleDesign { name: name?, tubes, joints: joints? })
+    Some((BundleDesign { name: name?, tubes, joints: joints? }, friction))
 }
 
 fn read_tube(

@@ -36,7 +36,7 @@ const OWN: [&str; 11] =
 
 /// Other names for what keys of this format say, without units, and what to do where another name for the key is not all.
 /// A name that ends in `*` stands for all that begin so.
-const MEANING: [(&[&str], &str, &str); 15] = [
+const MEANING: [(&[&str], &str, &str); 17] = [
     (&["diameter", "od", "outer_dia", "outside_diameter"], "outer_diameter_mm", ""),
     (&["id", "inner_dia", "bore*", "inside_diameter", "lumen*"], "inner_diameter_mm", ""),
     (&["radius"], "outer_radius_mm", ""),
@@ -48,6 +48,8 @@ const MEANING: [(&[&str], &str, &str); 15] = [
     (&["e", "modulus", "elastic_modulus", "young*"], "youngs_modulus_GPa", ""),
     (&["nu", "poisson*"], "poissons_ratio", ""),
     (&["rho"], "density_kg_m3", ""),
+    (&["mu", "friction*"], "coefficient", ""),
+    (&["guide_*"], "guide_mm", ""),
     (
         &["plateau*", "upper_plateau*", "lower_plateau*", "transformation*", "yield*", "onset*"],
         "allowable_strain_percent",

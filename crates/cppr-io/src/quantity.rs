@@ -162,6 +162,15 @@ quantity!(
     "It corrects a computed centroid offset and stays near 1.",
     "1.0"
 );
+quantity!(
+    FRICTION,
+    "a coefficient of friction",
+    NONE,
+    Sign::NotNegative,
+    1e-300..2.0,
+    "Beyond a coefficient of 2 tubes jam.",
+    "0.2"
+);
 quantity!(PART, "the length of a part", MM, Sign::NotNegative, 1e-3..1e4, LENGTH_SLIP, "30.0");
 quantity!(
     CURVATURE,

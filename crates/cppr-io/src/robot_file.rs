@@ -7,6 +7,7 @@
 //! | the file | `name`, `length_mm` |
 //! | `[material]`, `[tube.material]` | `youngs_modulus_GPa`, `poissons_ratio` or `shear_modulus_GPa`, `density_kg_m3`, `allowable_strain_percent` (none); a tube's keys take the place of the robot's |
 //! | `[calibration]` | `centroid_offset_factor` (1) |
+//! | `[friction]`, between all tubes (none) | `coefficient`, `guide_mm`: the length of the guide below the plate in which tubes rub too (none) |
 //! | `[[tube]]`, the leader first | `outer_radius_mm`, `inner_radius_mm`, `shape` ("round"; "square" and "hexagon" take half the width across flats as radii), `centroid_offset_factor` (that of the robot) |
 //! | `[tube.notches]` | `depth_mm`, `length_mm`, `tooth_mm`, `count` (as many as fit), `opening_deg`, `twist_deg` (0), `torsion` ("saint-venant", "polar" or `{ stiffness_Nmm2 = ... }`), `below_plate` ("plain" or "continued"), `teeth` ("flexible", "rigid" or "cell"), and with cells `cut` ("plane" or "radial"), `corner_radius_mm` (sharp), `tooth_factor` (1) |
 //! | `[tube.stiffness]`, instead of radii and notches | `centroid_offset_mm`, `bending_y_Nmm2`, `bending_z_Nmm2`, `torsion_Nmm2`, `axial_N` (unknown), `mass_per_length_g_m` (0), `opening_deg`, `twist_deg` (0) |
@@ -26,9 +27,10 @@ use crate::bundle_file::is_bundle;
 use crate::cursor::{Cursor, kind};
 use crate::material::Common;
 use crate::problems::{Collector, Problem, Problems};
-use crate::quantity::{FACTOR, LENGTH};
+use crate::quantity::{FACTOR, FRICTION, LENGTH};
 use crate::syntax::report_syntax;
 use crate::tube_file::{KEYS as TUBE_KEYS, Robot, check_nesting, read_tube};
+use cppr::bundle::Friction;
 pub use cppr::design::NotchPattern;
 use cppr::design::RobotDesign;
 use std::io::Read;
@@ -38,7 +40,7 @@ use toml::de::{DeTable, DeValue};
 /// Largest robot file (bytes).
 pub const LARGEST: usize = 1 << 20;
 
-const KEYS: [&str; 5] = ["name", "length_mm", "material", "calibration", "tube"];
+const KEYS: [&str; 6] = ["name", "length_mm", "material", "calibration", "friction", "tube"];
 const EXAMPLE: &str =
     "Write at least name, length_mm, a [material] and one [[tube]]; the folder robots holds examples.";
 /// Most tubes of a robot.
@@ -55,6 +57,8 @@ pub struct RobotFile {
     pub tubes: Vec<TubeFile>,
     /// Factor on the centroid offsets under `[calibration]`; a tube may have its own.
     pub centroid_offset_factor: f64,
+    /// How the tubes rub on each other, where the file says it.
+    pub friction: Option<Friction>,
 }
 
 /// What a robot file says of a tube that its design does not carry: for drawings and limits.
@@ -185,6 +189,7 @@ fn robot_of(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
     let length = root.number("length_mm", &LENGTH, out);
     let material = Common::read(&root, out);
     let factor = read_factor(&root, out);
+    let friction = read_friction(&root, out);
     let mut robot = Robot { length, material, factor };
     let tubes =
         read_tubes(&root, &TUBE_KEYS, out, |cursor, number, out| read_tube(cursor, number, &mut robot, out));
@@ -196,6 +201,7 @@ fn robot_of(table: &DeTable<'_>, out: &mut Collector) -> Option<RobotFile> {
         design: RobotDesign { name: name?, length: length?, tubes: designs },
         tubes: files,
         centroid_offset_factor: factor?,
+        friction,
     })
 }
 
@@ -206,6 +212,14 @@ pub(crate) fn read_factor(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<
         Some(field) if field.present => field.value,
         _ => Some(1.0),
     }
+}
+
+/// How tubes rub, under `[friction]`.
+pub(crate) fn read_friction(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<Friction> {
+    let own = root.child("friction", &["coefficient", "guide_mm"], out)?;
+    let coefficient = own.number("coefficient", &FRICTION, out);
+    let guide = own.field("guide_mm", &LENGTH, out).value;
+    Some(Friction { coefficient: coefficient?, guide })
 }
 
 pub(crate) fn read_name(root: &Cursor<'_, '_>, out: &mut Collector) -> Option<String> {

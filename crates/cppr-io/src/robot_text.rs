@@ -6,6 +6,7 @@
 use crate::problems::Problems;
 use crate::quantity::{self, Unit};
 use crate::robot_file;
+use cppr::bundle::Friction;
 use cppr::design::{
     BelowPlate, Branch, CellTable, Cut, Made, Material, NotchPattern, NotchedTube, Outline, Profile,
     RobotDesign, Softening, StiffnessTube, TeethStiffness, Torsion, TubeDesign,
@@ -13,12 +14,12 @@ use cppr::design::{
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// Writes a design as a robot file, complete and checked by reading it.
+/// Writes a design, and how its tubes rub, as a robot file, complete and checked by reading it.
 ///
 /// # Errors
 /// What a robot file does not take: a value beyond what any robot has, a table that begins before the baseplate, a shape other than those of
 /// files, a torsional stiffness of its own for a tube without notches.
-pub fn write(design: &RobotDesign) -> Result<String, Problems> {
+pub fn write(design: &RobotDesign, friction: Option<Friction>) -> Result<String, Problems> {
     let RobotDesign { name, length, tubes } = design;
     let mut text = format!(
         "name = {}\nlength_mm = {}\n",
@@ -34,6 +35,12 @@ pub fn write(design: &RobotDesign) -> Result<String, Problems> {
     let one_factor = tubes.iter().all(|tube| factor_of(tube).to_bits() == factor.to_bits());
     if one_factor && factor.to_bits() != 1.0_f64.to_bits() {
         let _ = write!(text, "\n[calibration]\ncentroid_offset_factor = {factor}\n");
+    }
+    if let Some(Friction { coefficient, guide }) = friction {
+        let _ = write!(text, "\n[friction]\ncoefficient = {coefficient:?}\n");
+        if let Some(length) = guide {
+            let _ = writeln!(text, "guide_mm = {}", number(length, quantity::MM, 1.0));
+        }
     }
     for (index, tube) in tubes.iter().enumerate() {
         let _ = write!(text, "\n[[tube]] # {}\n", if index == 0 { "the leader" } else { "a follower" });

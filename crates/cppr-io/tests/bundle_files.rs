@@ -137,7 +137,8 @@ fn every_shipped_bundle_is_sound_and_no_ordinary_robot() {
     let mut seen = 0;
     for entry in std::fs::read_dir(robots().join("bundles")).unwrap() {
         let path = entry.unwrap().path();
-        let Described::Bundle(design) = bundle_file::read(&path).unwrap_or_else(|p| panic!("{p}")) else {
+        let Described::Bundle { design, .. } = bundle_file::read(&path).unwrap_or_else(|p| panic!("{p}"))
+        else {
             panic!("{} is an ordinary robot", path.display())
         };
         Bundle::new(&design).unwrap();
@@ -217,12 +218,12 @@ fn sudden_changes_are_told_apart() {
         let read = |depth: &str| {
             bundle_file::parse_either(&text.replacen("depth_mm = 5.0", depth, 1)).unwrap().integrated()
         };
-        let (Described::Bundle(design), Some(places)) = read(step) else { panic!("{tubes} tubes") };
+        let (Described::Bundle { design, .. }, Some(places)) = read(step) else { panic!("{tubes} tubes") };
         assert!(places.starts_with("notch depth of tube 1 at 60.") && !places.contains("tube 2"), "{places}");
         assert_eq!((design.tubes.len(), design.joints.len()), (tubes, tubes - 1));
         Bundle::new(&design).unwrap();
         assert!(matches!(read("depth_mm = [5.0, 4.0]"), (Described::Robot(_), None)));
     }
     let parts = bundle_file::parse_either(&shipped("uncut_ends.toml")).unwrap();
-    assert!(matches!(parts.integrated(), (Described::Bundle(_), None)));
+    assert!(matches!(parts.integrated(), (Described::Bundle { .. }, None)));
 }

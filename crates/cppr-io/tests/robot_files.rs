@@ -1,11 +1,12 @@
 //! The robots that are shipped, and everything that a robot file can say.
 #![allow(clippy::panic, clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+use cppr::bundle::Friction;
 use cppr::design::{
     BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, TeethStiffness, Torsion,
     TubeDesign,
 };
-use cppr_io::{NotchPattern, RobotFile, robot_file, robot_text};
+use cppr_io::{NotchPattern, RobotFile, bundle_file, robot_file, robot_text};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -18,9 +19,12 @@ const PLA: Material = Material {
 };
 const PATTERN: NotchPattern = NotchPattern { length: 0.005, tooth: 0.005, count: 15 };
 
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name)
+}
+
 fn shipped(name: &str) -> RobotFile {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);
-    robot_file::read(path).unwrap_or_else(|problems| panic!("{problems}"))
+    robot_file::read(path(name)).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 fn parsed(text: &str) -> RobotFile {
@@ -303,9 +307,13 @@ fn a_design_survives_its_text() {
         [[tube]]\n[tube.stiffness]\ncentroid_offset_mm = [0.2, 0.3]\nbending_y_Nmm2 = 20.7\nbending_z_Nmm2 = 9.1\n
         torsion_Nmm2 = 7.7\naxial_N = 11300\nmass_per_length_g_m = 3.3\nopening_deg = 123.4\n";
     designs.push(parsed(rich).design);
-    for design in designs {
-        let text = robot_text::write(&design).unwrap();
-        let again = parsed(&text).design;
+    for (number, design) in designs.into_iter().enumerate() {
+        let rubs = Friction { coefficient: 0.15, guide: Some(20.1e-3) };
+        let rubs = [None, Some(rubs), Some(Friction { guide: None, ..rubs })][number % 3];
+        let text = robot_text::write(&design, rubs).unwrap();
+        let again = parsed(&text);
+        assert_eq!(again.friction, rubs);
+        let again = again.design;
         assert_eq!((&again.name, again.length.to_bits()), (&design.name, design.length.to_bits()), "{text}");
         let (one, other) = (Robot::from_design(design).unwrap(), Robot::from_design(again).unwrap());
         for tube in 0..one.tube_count() {
@@ -341,16 +349,44 @@ fn a_design_survives_its_text() {
     }
 }
 
+/// Files of either kind say how tubes rub; what cannot be is refused with its place.
+#[test]
+fn friction_is_read_and_refused() {
+    for file in ["r1.toml", "bundles/hybrid.toml"] {
+        let text = std::fs::read_to_string(path(file)).unwrap();
+        let with = |table: &str| bundle_file::parse_either(&format!("{text}\n[friction]\n{table}"));
+        let own = |table: &str| with(table).unwrap().friction();
+        assert_eq!(own("coefficient = 0.2"), Some(Friction { coefficient: 0.2, guide: None }));
+        let guided = own("coefficient = 0\nguide_mm = 20");
+        assert_eq!(guided, Some(Friction { coefficient: 0.0, guide: Some(0.02) }));
+        let integrated = with("coefficient = 0.2").unwrap().integrated().0;
+        assert_eq!(integrated.friction(), own("coefficient = 0.2"));
+        for (table, said) in [
+            ("guide_mm = 20", "friction.coefficient: this key is missing"),
+            ("coefficient = -0.1", "cannot be negative"),
+            ("coefficient = nan", "must be a finite number"),
+            ("coefficient = 2.5", "tubes jam"),
+            ("coefficient = 0.2\nguide_mm = 0", "cannot be zero"),
+            ("coefficient = 0.2\nguide_gap_mm = 0.1", "friction.guide_gap_mm: this key is not known here"),
+            ("mu = 0.2", "Did you mean coefficient?"),
+        ] {
+            let problems = with(table).unwrap_err().to_string();
+            assert!(problems.contains(said) && problems.contains("line "), "{file}, {table}: {problems}");
+        }
+    }
+    assert_eq!(shipped("r1.toml").friction, None);
+}
+
 #[test]
 fn what_no_file_can_say_is_refused() {
     let mut design = shipped("r1.toml").design;
     let TubeDesign::Notched(tube) = &mut design.tubes[1] else { panic!() };
     tube.material.youngs_modulus = 1.0;
-    let said = robot_text::write(&design).unwrap_err().to_string();
+    let said = robot_text::write(&design, None).unwrap_err().to_string();
     assert!(said.contains("less than any robot has"), "{said}");
     let TubeDesign::Notched(tube) = &mut design.tubes[1] else { panic!() };
     tube.depth = Profile::constant(0.0);
     tube.torsion = Torsion::Given(Profile::constant(1e-4));
-    let said = robot_text::write(&design).unwrap_err().to_string();
+    let said = robot_text::write(&design, None).unwrap_err().to_string();
     assert!(said.starts_with("tube 2: ") && said.contains("StiffnessTube"), "{said}");
 }

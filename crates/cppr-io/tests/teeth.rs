@@ -124,7 +124,7 @@ fn a_part_of_a_tube_has_teeth_as_a_tube_has() {
 fn teeth_are_written_as_they_are_read() {
     for teeth in ["teeth = \"rigid\"", "teeth = \"cell\"", "teeth = \"cell\"\ntooth_factor = 1.25"] {
         let design = robot_file::parse(&text(&format!("{LENGTHS}{teeth}"))).unwrap().design;
-        let written = robot_text::write(&design).unwrap();
+        let written = robot_text::write(&design, None).unwrap();
         assert_eq!(robot_file::parse(&written).unwrap().design, design, "{written}");
     }
 }

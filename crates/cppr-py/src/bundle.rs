@@ -11,11 +11,12 @@ use cppr::analysis::{Asked, BundleAnalysis, Demand, Integrated, Sensitivity, abs
 use cppr::bundle::solve::{
     BundleCommand, BundleEquilibrium as Found, BundleSolver, TubeDrive, TubeEffort, load_behind_plate,
 };
-use cppr::bundle::{BundleDesign, BundleSection, HistoryPoint, SlipHistory};
+use cppr::bundle::{BundleDesign, BundleSection, Friction, HistoryPoint, SlipHistory};
 use cppr::design::RobotDesign;
 use cppr::solve::{CommandProblem, Freedom, Input, Quantity};
 use cppr::statics::{Loads, Wrench};
-use cppr_io::bundle_file;
+use cppr_io::Problems;
+use cppr_io::bundle_file::{self, Described};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -29,17 +30,27 @@ const MOST: f64 = 1e5;
 
 /// A checked robot of parts and joints. Immutable.
 #[pyclass(frozen, module = "cppr")]
+#[expect(clippy::struct_field_names, reason = "the kernel's type of the same name")]
 pub struct Bundle {
     pub bundle: Arc<cppr::bundle::Bundle>,
     pub design: Arc<BundleDesign>,
+    /// How its tubes rub, where that is known.
+    pub friction: Option<Friction>,
 }
 
 impl Bundle {
-    pub fn build(py: Python<'_>, design: BundleDesign) -> PyResult<Self> {
+    pub fn build(py: Python<'_>, design: BundleDesign, friction: Option<Friction>) -> PyResult<Self> {
         let bundle = py
             .detach(|| cppr::bundle::Bundle::new(&design))
             .map_err(|problems| errors::design(py, &problems.0))?;
-        Ok(Self { bundle: Arc::new(bundle), design: Arc::new(design) })
+        Ok(Self { bundle: Arc::new(bundle), design: Arc::new(design), friction })
+    }
+
+    /// That of a file.
+    fn read(py: Python<'_>, own: Result<Described, Problems>) -> PyResult<Self> {
+        let own = own.map_err(|problems| errors::file(py, &problems))?;
+        let friction = own.friction();
+        Self::build(py, own.into_bundle(), friction)
     }
 
     /// Refuses what cannot be asked of this robot, and warns of what looks like another unit.
@@ -56,43 +67,58 @@ impl Bundle {
 #[pymethods]
 impl Bundle {
     #[new]
-    #[pyo3(signature = (tubes, joints = None, name = "robot"))]
+    #[pyo3(signature = (tubes, joints = None, name = "robot", *, friction = None, guide = None))]
     fn new(
         py: Python<'_>,
         tubes: Vec<Bound<'_, PyAny>>,
         joints: Option<Vec<Bound<'_, PyAny>>>,
         name: &str,
+        friction: Option<f64>,
+        guide: Option<f64>,
     ) -> PyResult<Self> {
-        Self::build(py, Reader::bundle(py, name.into(), &tubes, joints.as_deref())?)
+        let friction = rubbing::chosen(friction, guide, None)?;
+        Self::build(py, Reader::bundle(py, name.into(), &tubes, joints.as_deref())?, friction)
     }
 
     /// Reads a robot file of any kind.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::build(py, bundle_file::read_bundle(&path).map_err(|problems| errors::file(py, &problems))?)
+        Self::read(py, bundle_file::read(path))
     }
 
     /// Reads a robot from the text of a robot file of any kind.
     #[staticmethod]
     fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
-        Self::build(py, bundle_file::parse(text).map_err(|problems| errors::file(py, &problems))?)
+        Self::read(py, bundle_file::parse_either(text))
     }
 
     /// The same robot without modes: integrated along its length.
     #[staticmethod]
     fn of(py: Python<'_>, robot: PyRef<'_, Robot>) -> PyResult<Self> {
-        Self::build(py, robot.shared.robot.design().into())
+        Self::build(py, robot.shared.robot.design().into(), robot.shared.friction)
     }
 
     /// The same robot with all of its metal on the curve of unloading.
     fn unloading(&self, py: Python<'_>) -> PyResult<Option<Self>> {
-        self.design.unloading().map(|lower| Self::build(py, lower)).transpose()
+        self.design.unloading().map(|lower| Self::build(py, lower, self.friction)).transpose()
     }
 
     /// Name.
     #[getter]
     fn name(&self) -> &str {
         &self.design.name
+    }
+
+    /// Coefficient of friction between the tubes.
+    #[getter]
+    fn friction(&self) -> Option<f64> {
+        self.friction.map(|own| own.coefficient)
+    }
+
+    /// Length of the guide below the plate in which tubes rub too (m).
+    #[getter]
+    fn guide(&self) -> Option<f64> {
+        self.friction?.guide
     }
 
     /// Greatest length of a tube above the baseplate (m).
@@ -153,25 +179,26 @@ impl Bundle {
         Ok(BundleEquilibrium {
             bundle: Arc::clone(&self.bundle),
             design: Arc::clone(&self.design),
+            friction: self.friction,
             found,
             stretch,
         })
     }
 
     /// A history of commands from rest, with friction between the tubes.
-    #[pyo3(signature = (waypoints, friction, *, guide = None, steps = 14, tip_force = None, loads = None, stretch = false))]
+    #[pyo3(signature = (waypoints, friction = None, *, guide = None, steps = 14, tip_force = None, loads = None, stretch = false))]
     fn cycle<'py>(
         &self,
         py: Python<'py>,
         waypoints: Vec<Bound<'py, PyDict>>,
-        friction: f64,
+        friction: Option<f64>,
         guide: Option<f64>,
         steps: u32,
         tip_force: Option<Bound<'py, PyAny>>,
         loads: Option<Bound<'py, PyAny>>,
         stretch: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let friction = rubbing::friction(friction, guide)?;
+        let friction = rubbing::needed(friction, guide, self.friction)?;
         let loads = read_loads(tip_force.as_ref(), None, loads.as_ref())?;
         if steps == 0 || waypoints.len() < 2 {
             let text = "a history takes at least two waypoints, and at least one step from each to the next";
@@ -224,7 +251,7 @@ impl Bundle {
     /// Pickled and copied as its design, to the last digit.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, own) = (slf.py(), slf.get());
-        let state = stored::write(&*own.design)?;
+        let state = stored::write(&(&*own.design, rubbing::stored(own.friction)))?;
         let arguments = (PyBytes::new(py, &state), stored::VERSION);
         let restore = py.import("cppr._cppr")?.getattr("_bundle")?;
         Ok((restore, arguments.into_pyobject(py)?))
@@ -302,6 +329,7 @@ pub fn read_loads(
 pub struct BundleEquilibrium {
     bundle: Arc<cppr::bundle::Bundle>,
     design: Arc<BundleDesign>,
+    pub friction: Option<Friction>,
     pub found: Found,
     stretch: bool,
 }
@@ -312,10 +340,10 @@ impl BundleEquilibrium {
     }
 
     /// What stands for an equilibrium of a robot of tubes of one length, its stability counted from rest.
-    pub fn of(design: &RobotDesign, own: Integrated, stretch: bool) -> Self {
+    pub fn of(design: &RobotDesign, friction: Option<Friction>, own: Integrated, stretch: bool) -> Self {
         let design = Arc::new(design.into());
         let found = own.solver().solve_from(own.equilibrium.command(), &own.equilibrium);
-        Self { bundle: own.bundle, design, found, stretch }
+        Self { bundle: own.bundle, design, friction, found, stretch }
     }
 
     /// Another equilibrium of the same robot.
@@ -323,6 +351,7 @@ impl BundleEquilibrium {
         Self {
             bundle: Arc::clone(&self.bundle),
             design: Arc::clone(&self.design),
+            friction: self.friction,
             found,
             stretch: self.stretch,
         }
@@ -371,7 +400,7 @@ impl BundleEquilibrium {
     /// Its robot.
     #[getter]
     fn robot(&self) -> Bundle {
-        Bundle { bundle: Arc::clone(&self.bundle), design: Arc::clone(&self.design) }
+        Bundle { bundle: Arc::clone(&self.bundle), design: Arc::clone(&self.design), friction: self.friction }
     }
 
     /// Name of the robot.
@@ -499,14 +528,14 @@ impl BundleEquilibrium {
     }
 
     /// The equilibria between which friction leaves the pose.
-    #[pyo3(signature = (coefficient, guide = None))]
+    #[pyo3(signature = (coefficient = None, guide = None))]
     fn friction<'py>(
         &self,
         py: Python<'py>,
-        coefficient: f64,
+        coefficient: Option<f64>,
         guide: Option<f64>,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        let friction = rubbing::friction(coefficient, guide)?;
+        let friction = rubbing::needed(coefficient, guide, self.friction)?;
         self.with(|solver| rubbing::bounds(py, solver, &self.found, &friction))
     }
 
@@ -575,7 +604,8 @@ impl BundleEquilibrium {
 /// A robot from what [`Bundle::__reduce__`] stored.
 #[pyfunction]
 pub fn _bundle(py: Python<'_>, state: &[u8], version: &str) -> PyResult<Bundle> {
-    Bundle::build(py, stored::read(state, version)?)
+    let (design, friction) = stored::read(state, version)?;
+    Bundle::build(py, design, rubbing::restored(friction))
 }
 
 /// An equilibrium from what [`BundleEquilibrium::__reduce__`] stored.
@@ -592,6 +622,7 @@ pub fn _bundle_equilibrium(
     Ok(BundleEquilibrium {
         bundle: Arc::clone(&robot.bundle),
         design: Arc::clone(&robot.design),
+        friction: robot.friction,
         found,
         stretch,
     })

@@ -5,8 +5,8 @@ use crate::errors;
 use crate::robot::Robot;
 use crate::rubbing;
 use crate::watch::stoppable;
-use cppr::bundle::BundleDesign;
-use cppr_calibrate::{Design, Parameter, fit, read};
+use cppr::bundle::{BundleDesign, Friction};
+use cppr_calibrate::{Design, Parameter, ParameterKind, common_friction, fit, read};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -46,15 +46,30 @@ pub fn calibrate<'py>(
     let measurements = read(table, tubes).map_err(|problems| {
         refuse(problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })?;
-    let friction = friction.map(|coefficient| rubbing::friction(coefficient, guide)).transpose()?;
+    let each = robots.iter().map(|robot| match robot {
+        Subject::Robot(robot) => robot.shared.friction,
+        Subject::Bundle(bundle) => bundle.friction,
+    });
+    let each: Vec<_> = each.collect();
+    let own = match common_friction(&each) {
+        Err(problem) if friction.is_none() => return Err(refuse(problem.to_string())),
+        own => own.ok().flatten(),
+    };
+    let friction = rubbing::felt(friction, guide, own)?;
     let found = stoppable(py, |stop| fit(&designs, &measurements, &list, friction, Some(Arc::clone(stop))))?;
     let found = found.map_err(|problem| refuse(problem.to_string()))?;
+    let rubs = found
+        .estimates
+        .iter()
+        .find(|e| e.parameter.kind == ParameterKind::Friction)
+        .map(|e| Friction { coefficient: e.value, guide: friction.and_then(|own| own.guide) });
     let fitted = found
         .designs
         .iter()
-        .map(|design| match design.clone() {
-            Design::Robot(design) => Py::new(py, Robot::build(py, design)?).map(Py::into_any),
-            Design::Bundle(design) => Py::new(py, Bundle::build(py, design)?).map(Py::into_any),
+        .zip(each)
+        .map(|(design, own)| match design.clone() {
+            Design::Robot(design) => Py::new(py, Robot::build(py, design, rubs.or(own))?).map(Py::into_any),
+            Design::Bundle(design) => Py::new(py, Bundle::build(py, design, rubs.or(own))?).map(Py::into_any),
         })
         .collect::<PyResult<Vec<_>>>()?;
     let result = PyDict::new(py);

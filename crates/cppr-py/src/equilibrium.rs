@@ -106,7 +106,9 @@ impl Equilibrium {
     pub fn as_bundle(&self, py: Python<'_>) -> PyResult<BundleEquilibrium> {
         let stretch = self.found.settings().resolution.stretch > 0;
         let own = self.integrated(py)?;
-        Ok(py.detach(|| BundleEquilibrium::of(self.found.robot().design(), own, stretch)))
+        Ok(py.detach(|| {
+            BundleEquilibrium::of(self.found.robot().design(), self.shared.friction, own, stretch)
+        }))
     }
 
     fn actuators<'py>(&self, py: Python<'py>, get: fn(&ActuatorState) -> f64) -> Bound<'py, PyArray1<f64>> {
@@ -123,14 +125,14 @@ impl Equilibrium {
     }
 
     /// The equilibria between which friction leaves the pose.
-    #[pyo3(signature = (coefficient, guide = None))]
+    #[pyo3(signature = (coefficient = None, guide = None))]
     fn friction<'py>(
         &self,
         py: Python<'py>,
-        coefficient: f64,
+        coefficient: Option<f64>,
         guide: Option<f64>,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        let friction = rubbing::friction(coefficient, guide)?;
+        let friction = rubbing::needed(coefficient, guide, self.shared.friction)?;
         let own = self.integrated(py)?;
         rubbing::bounds(py, &own.solver(), &own.equilibrium, &friction)
     }

@@ -200,7 +200,7 @@ fn matched<'py, E>(
 }
 
 /// Fields of `Sensed`. `efforts` holds tension and torque by tube, `deviations` those of tension, torque, position, direction, `friction` the coefficient
-/// and the length of the guide.
+/// and the length of the guide, those of the robot where they are not given.
 #[pyfunction]
 pub fn sense<'py>(
     py: Python<'py>,
@@ -210,9 +210,13 @@ pub fn sense<'py>(
     direction: Option<Bound<'py, PyAny>>,
     deviations: [f64; 4],
     moment: bool,
-    friction: Option<(f64, Option<f64>)>,
+    friction: [Option<f64>; 2],
 ) -> PyResult<Bound<'py, PyDict>> {
-    let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
+    let own = match &equilibrium {
+        Either::Robot(own) => own.shared.friction,
+        Either::Bundle(own) => own.friction,
+    };
+    let friction = rubbing::felt(friction[0], friction[1], own)?;
     let mut measured = Vec::new();
     // That there is no such tube, in the words of its robot.
     let lacking = |tube: usize| match &equilibrium {

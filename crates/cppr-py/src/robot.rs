@@ -4,9 +4,10 @@ use crate::arrays::{line, unmasked};
 use crate::command::Asked;
 use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
-use crate::{errors, stored};
+use crate::{errors, rubbing, stored};
 use cppr::analysis::ACCURACY;
 use cppr::analysis::explained;
+use cppr::bundle::Friction;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
 use cppr::solve::{SettingsProblem, Solver, Status};
 use cppr_io::{robot_file, robot_text, sudden_changes};
@@ -20,6 +21,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A robot and the solvers that have worked on it: as many as ever ran at the same time.
 pub struct Shared {
     pub robot: cppr::design::Robot,
+    /// How its tubes rub, where that is known.
+    pub friction: Option<Friction>,
     idle: Mutex<Vec<Solver>>,
     /// The same for many poses in one call.
     pub many: Memory,
@@ -45,16 +48,16 @@ pub struct Robot {
 
 impl Robot {
     /// Checks a design.
-    pub fn build(py: Python<'_>, design: RobotDesign) -> PyResult<Self> {
+    pub fn build(py: Python<'_>, design: RobotDesign, friction: Option<Friction>) -> PyResult<Self> {
         let robot = py
             .detach(|| cppr::design::Robot::from_design(design))
             .map_err(|problems| errors::design(py, &problems.0))?;
-        Ok(Self { shared: Arc::new(Shared { robot, idle: Mutex::default(), many: Memory::new() }) })
+        Ok(Self { shared: Arc::new(Shared { robot, friction, idle: Mutex::default(), many: Memory::new() }) })
     }
 
     /// Checks a design that a person gives, and warns where modes do not follow it.
-    fn made(py: Python<'_>, design: RobotDesign) -> PyResult<Self> {
-        let robot = Self::build(py, design)?;
+    fn made(py: Python<'_>, design: RobotDesign, friction: Option<Friction>) -> PyResult<Self> {
+        let robot = Self::build(py, design, friction)?;
         if let Some(places) = sudden_changes(robot.design()) {
             let text = format!(
                 "modes do not follow sudden changes ({places}): integrate along the robot instead, with cppr.Bundle.of(robot), or read its file with \
@@ -73,25 +76,32 @@ impl Robot {
 #[pymethods]
 impl Robot {
     #[new]
-    #[pyo3(signature = (length, tubes, name = "robot"))]
-    fn new(length: &Bound<'_, PyAny>, tubes: Vec<Bound<'_, PyAny>>, name: &str) -> PyResult<Self> {
+    #[pyo3(signature = (length, tubes, name = "robot", *, friction = None, guide = None))]
+    fn new(
+        length: &Bound<'_, PyAny>,
+        tubes: Vec<Bound<'_, PyAny>>,
+        name: &str,
+        friction: Option<f64>,
+        guide: Option<f64>,
+    ) -> PyResult<Self> {
         let py = length.py();
         let length = crate::arrays::number("length", length)?;
-        Self::made(py, Reader::read(py, name.into(), length, &tubes)?)
+        let friction = rubbing::chosen(friction, guide, None)?;
+        Self::made(py, Reader::read(py, name.into(), length, &tubes)?, friction)
     }
 
     /// Reads a robot file.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = robot_file::read(&path).map_err(|problems| errors::file(py, &problems))?;
-        Self::made(py, file.design)
+        Self::made(py, file.design, file.friction)
     }
 
     /// Reads a robot from the text of a robot file.
     #[staticmethod]
     fn from_toml_text(py: Python<'_>, text: &str) -> PyResult<Self> {
         let file = robot_file::parse(text).map_err(|problems| errors::file(py, &problems))?;
-        Self::made(py, file.design)
+        Self::made(py, file.design, file.friction)
     }
 
     /// Writes a robot file that reads back as this robot.
@@ -106,7 +116,7 @@ impl Robot {
 
     /// The text of a robot file that reads back as this robot.
     fn to_toml_text(&self, py: Python<'_>) -> PyResult<String> {
-        robot_text::write(self.design()).map_err(|problems| errors::file(py, &problems))
+        robot_text::write(self.design(), self.shared.friction).map_err(|problems| errors::file(py, &problems))
     }
 
     /// Name.
@@ -119,6 +129,18 @@ impl Robot {
     #[getter]
     fn length(&self) -> f64 {
         self.design().length
+    }
+
+    /// Coefficient of friction between the tubes.
+    #[getter]
+    fn friction(&self) -> Option<f64> {
+        self.shared.friction.map(|own| own.coefficient)
+    }
+
+    /// Length of the guide below the plate in which tubes rub too (m).
+    #[getter]
+    fn guide(&self) -> Option<f64> {
+        self.shared.friction?.guide
     }
 
     /// The tubes, the leader first.
@@ -270,7 +292,8 @@ impl Robot {
 
     /// Pickled and copied as its design, to the last digit.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let (py, state) = (slf.py(), stored::write(slf.get().design())?);
+        let (py, own) = (slf.py(), slf.get());
+        let state = stored::write(&(own.design(), rubbing::stored(own.shared.friction)))?;
         let restore = py.import("cppr._cppr")?.getattr("_robot")?;
         Ok((restore, (PyBytes::new(py, &state), stored::VERSION).into_pyobject(py)?))
     }
@@ -284,5 +307,6 @@ impl Robot {
 /// A robot from what [`Robot::__reduce__`] stored.
 #[pyfunction]
 pub fn _robot(py: Python<'_>, state: &[u8], version: &str) -> PyResult<Robot> {
-    Robot::build(py, stored::read(state, version)?)
+    let (design, friction) = stored::read(state, version)?;
+    Robot::build(py, design, rubbing::restored(friction))
 }

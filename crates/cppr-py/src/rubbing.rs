@@ -27,6 +27,53 @@ pub fn friction(coefficient: f64, guide: Option<f64>) -> PyResult<Friction> {
     }
 }
 
+/// How tubes rub: as given, else as those of the robot do; `None` where neither says it.
+pub fn chosen(
+    coefficient: Option<f64>,
+    guide: Option<f64>,
+    own: Option<Friction>,
+) -> PyResult<Option<Friction>> {
+    match coefficient.or(own.map(|own| own.coefficient)) {
+        Some(coefficient) => friction(coefficient, guide.or(own.and_then(|own| own.guide))).map(Some),
+        None if guide.is_some() => {
+            let text = "guide is given, and nothing rubs there: give friction, or a robot that has it";
+            Err(PyValueError::new_err(text))
+        }
+        None => Ok(None),
+    }
+}
+
+/// The same where a coefficient of 0 leaves friction out.
+pub fn felt(
+    coefficient: Option<f64>,
+    guide: Option<f64>,
+    own: Option<Friction>,
+) -> PyResult<Option<Friction>> {
+    Ok(chosen(coefficient, guide, own)?.filter(|own| own.coefficient > 0.0))
+}
+
+/// How tubes rub, where something has to say it.
+pub fn needed(coefficient: Option<f64>, guide: Option<f64>, own: Option<Friction>) -> PyResult<Friction> {
+    chosen(coefficient, guide, own)?.ok_or_else(|| {
+        PyValueError::new_err(
+            "say how the tubes rub: give the coefficient of friction, or a robot that has it",
+        )
+    })
+}
+
+/// As it is stored.
+pub type Stored = Option<(f64, Option<f64>)>;
+
+/// Of what was stored.
+pub fn restored(own: Stored) -> Option<Friction> {
+    own.map(|(coefficient, guide)| Friction { coefficient, guide })
+}
+
+/// To be stored.
+pub fn stored(own: Option<Friction>) -> Stored {
+    own.map(|Friction { coefficient, guide }| (coefficient, guide))
+}
+
 /// How the tubes of an equilibrium press on each other: one dict per pair of neighbours.
 pub fn contact<'py>(
     py: Python<'py>,

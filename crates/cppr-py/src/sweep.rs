@@ -9,6 +9,7 @@ use crate::robot::Robot;
 use crate::rubbing;
 use crate::watch::watched;
 use cppr::analysis::Teeth;
+use cppr::bundle::Friction;
 use cppr::bundle::solve::{BundleCommand, TubeDrive};
 use cppr::solve::Quantity;
 use cppr::statics::{Loads, Wrench};
@@ -49,11 +50,18 @@ fn failed(py: Python<'_>, problem: &FileProblem) -> PyErr {
     }
 }
 
-/// A robot file. With friction it is integrated, and where sudden changes that modes do not follow are in it, unless something is asked for that only modes have.
-fn described(py: Python<'_>, path: &Path, rubs: bool, keeps_modes: bool) -> PyResult<Described> {
-    let read =
-        if rubs { bundle_file::read_bundle(path).map(Described::Bundle) } else { bundle_file::read(path) };
-    let read = read.map_err(|problems| errors::file(py, &problems))?;
+/// A robot file, and how its tubes rub: as given, else as it says. With friction it is integrated, and where sudden changes that modes do not follow are in it, unless something is asked for that only modes have.
+fn described(
+    py: Python<'_>,
+    path: &Path,
+    [coefficient, guide]: [Option<f64>; 2],
+    keeps_modes: bool,
+) -> PyResult<(Described, Option<Friction>)> {
+    let read = bundle_file::read(path).map_err(|problems| errors::file(py, &problems))?;
+    let friction = rubbing::felt(coefficient, guide, read.friction())?;
+    if friction.is_some() {
+        return Ok((Described::Bundle { design: read.into_bundle(), friction }, friction));
+    }
     let (robot, sudden) = if keeps_modes { (read, None) } else { read.integrated() };
     if let Some(places) = sudden {
         let text = format!(
@@ -61,7 +69,7 @@ fn described(py: Python<'_>, path: &Path, rubs: bool, keeps_modes: bool) -> PyRe
         );
         errors::warn(py, "AccuracyWarning", &text)?;
     }
-    Ok(robot)
+    Ok((robot, None))
 }
 
 /// Rows of every verdict, by its word.
@@ -80,17 +88,16 @@ pub fn sweep<'py>(
     seed: u64,
     margin: bool,
     teeth: Option<&str>,
-    friction: Option<(f64, Option<f64>)>,
+    friction: [Option<f64>; 2],
     resume: bool,
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let friction = friction.map(|(coefficient, guide)| rubbing::friction(coefficient, guide)).transpose()?;
-    let described = described(py, &path, friction.is_some(), settings.is_some() || margin)?;
+    let (described, friction) = described(py, &path, friction, settings.is_some() || margin)?;
     let robot_text = std::fs::read_to_string(&path)?;
     let mut subject = match described {
         Described::Robot(file) => {
-            let robot = Robot::build(py, file.design)?.shared.robot.clone();
+            let robot = Robot::build(py, file.design, None)?.shared.robot.clone();
             let (base, settings) = Asked {
                 drives: drives.each_ref().map(Option::as_ref),
                 loads: loads.as_ref(),
@@ -100,14 +107,14 @@ pub fn sweep<'py>(
             .read(&robot)?;
             Subject::Robot(Box::new(RobotSubject { robot, base, settings }))
         }
-        Described::Bundle(_) if settings.is_some() => {
+        Described::Bundle { .. } if settings.is_some() => {
             return Err(errors::command(
                 py,
                 "settings are not for a robot with parts or joints, nor for friction: there are no modes",
             ));
         }
-        Described::Bundle(design) => {
-            let bundle = Bundle::build(py, design)?;
+        Described::Bundle { design, .. } => {
+            let bundle = Bundle::build(py, design, None)?;
             let mut base = BundleCommand {
                 drives: vec![TubeDrive::HELD; bundle.design.tubes.len()],
                 loads: Loads::none(),

@@ -242,8 +242,55 @@ def test_friction_is_calibrated(tmp_path: Path) -> None:
     (tension,) = fit.misses
     assert tension.what == "tension2" and tension.before > 0.05 and tension.fitted < 1e-4
     assert fit.residuals[0].what == "tension2" and "rms tension2" in repr(fit)
-    known = cppr.calibrate(robot, data, [], friction=0.25)
+    (fitted,) = fit.robots
+    assert fitted.friction == fit.values[1] and robot.friction is None
+    known = cppr.calibrate(fitted, data, [])
     assert len(known.values) == 0 and known.misses[0].fitted < 1e-4
+    assert cppr.calibrate(robot, data, [], friction=0.25).misses[0].fitted < 1e-4
+    with pytest.raises(cppr.CalibrationError, match="rub differently"):
+        cppr.calibrate([robot, fitted], data, [])
+
+
+@pytest.mark.parametrize("file", ["r1.toml", "bundles/s_shape.toml"])
+def test_a_robot_holds_friction(tmp_path: Path, file: str) -> None:
+    path = tmp_path / "rubs.toml"
+    path.write_text((ROOT / "robots" / file).read_text() + "\n[friction]\ncoefficient = 0.2\nguide_mm = 20\n")
+    kind = cppr.Robot if file == "r1.toml" else cppr.Bundle
+    robot = kind.from_toml(path)
+    assert (robot.friction, robot.guide) == (0.2, 0.02)
+    eq = robot.solve(pull=2e-3)
+    told, own = eq.friction(0.2, 0.02), eq.friction()
+    assert own[0]["tension"][1] == told[0]["tension"][1] > eq.friction(0.1)[0]["tension"][1]
+
+    def sensed(**friction: float) -> list[Any]:
+        seen = eq.sense(tension=told[1]["tension"][1], position=told[1]["tip_position"], **friction)
+        return [side and side.force.tolist() for side in (seen.loading, seen.unloading)]
+
+    assert sensed() == sensed(friction=0.2, guide=0.02) != sensed(friction=0.0) == [None, None]
+    for copied in (pickle.loads(pickle.dumps(robot)), pickle.loads(pickle.dumps(eq)).robot, eq.robot):
+        assert (copied.friction, copied.guide) == (0.2, 0.02)
+    output = tmp_path / "table.npz"
+    cppr.sweep(path, output, pull=cppr.Range(1e-3, 2e-3, 2))
+    assert np.load(output)["loading_tube2_tension_N"][-1] == pytest.approx(own[0]["tension"][1], rel=1e-4)
+    bundle = robot if isinstance(robot, cppr.Bundle) else cppr.Bundle.of(robot)
+    assert bundle.friction == 0.2 and len(bundle.cycle([{"pull": 0.0}, {"pull": 1e-3}], steps=2)["leg"]) == 3
+
+
+def test_friction_is_given_and_written(tmp_path: Path) -> None:
+    plain = cppr.Robot.from_toml(ROOT / "robots/r1.toml")
+    robot = cppr.Robot(plain.length, plain.tubes, "R1", friction=0.3, guide=0.01)
+    assert (plain.friction, plain.guide) == (None, None) and "[friction]" not in plain.to_toml_text()
+    again = cppr.Robot.from_toml_text(robot.to_toml_text())
+    assert (again.friction, again.guide) == (0.3, 0.01)
+    for wrong in (-0.1, float("nan")):
+        with pytest.raises(ValueError, match="coefficient of friction"):
+            cppr.Robot(plain.length, plain.tubes, friction=wrong)
+    with pytest.raises(ValueError, match="give friction"):
+        cppr.Robot(plain.length, plain.tubes, guide=0.01)
+    with pytest.raises(ValueError, match="say how the tubes rub"):
+        plain.solve(pull=1e-3).friction()
+    with pytest.raises(cppr.RobotError, match="tubes jam"):
+        cppr.Robot(plain.length, plain.tubes, friction=2.5).to_toml_text()
 
 
 def test_it_is_swept_with_its_designs(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ use crate::table::{Chunk, Verdict};
 use crate::task::{BundleSubject, Plan, SLIP, STATE, Task};
 use cppr::analysis::{BundleAnalysis, Utilisation};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, TubeEffort, load_behind_plate};
-use cppr::bundle::{Bundle, BundleDesign};
+use cppr::bundle::{Bundle, BundleDesign, Friction};
 use cppr::solve::Quantity;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,9 +40,13 @@ pub(crate) fn solve_chunk(
         let values = design(&chunk, row);
         let end = (row..chunk.rows).find(|other| design(&chunk, *other) != values).unwrap_or(chunk.rows);
         match keys.as_mut().map(|keys| keys.bundle(&values)) {
-            None => solve_rows(task, own, &own.bundle, &own.design, &mut chunk, row..end, stop)?,
-            Some(Ok((bundle, design))) => {
-                solve_rows(task, own, &bundle, &design, &mut chunk, row..end, stop)?;
+            None => {
+                let analysis = analysis(own, &own.bundle, &own.design);
+                solve_rows(task, own, analysis, task.friction, &mut chunk, row..end, stop)?;
+            }
+            Some(Ok((bundle, design, friction))) => {
+                let analysis = analysis(own, &bundle, &design);
+                solve_rows(task, own, analysis, task.varied(friction), &mut chunk, row..end, stop)?;
             }
             Some(Err(_)) => {
                 for refused in row..end {
@@ -55,18 +59,20 @@ pub(crate) fn solve_chunk(
     Some(chunk)
 }
 
+fn analysis<'a>(own: &BundleSubject, bundle: &'a Bundle, design: &'a BundleDesign) -> BundleAnalysis<'a> {
+    BundleAnalysis::new(BundleSolver::new(bundle).with_stretch(own.stretch), design)
+}
+
 /// Solves rows of one robot; `None` where `stop` was set.
 fn solve_rows(
     task: &Task,
     own: &BundleSubject,
-    bundle: &Bundle,
-    design: &BundleDesign,
+    mut analysis: BundleAnalysis<'_>,
+    friction: Option<Friction>,
     chunk: &mut Chunk,
     rows: Range<usize>,
     stop: &AtomicBool,
 ) -> Option<()> {
-    let solver = BundleSolver::new(bundle).with_stretch(own.stretch);
-    let mut analysis = BundleAnalysis::new(solver, design);
     let run = match task.plan {
         Plan::Grid => task.axes.last().map_or(1, |axis| axis.values.count()),
         _ => 1,
@@ -85,7 +91,7 @@ fn solve_rows(
             chunk.set(column, row, value);
             column += 1;
         };
-        if bundle.joint_behind_plate(&command.drives).is_some() {
+        if analysis.solver.bundle().joint_behind_plate(&command.drives).is_some() {
             put(f64::from(Verdict::InvalidCommand.code()));
             continue;
         }
@@ -95,7 +101,7 @@ fn solve_rows(
             Some(found) => found,
             None => solver.solve(&command),
         };
-        write(task, &analysis, &command, &found, &mut put);
+        write(task, &analysis, friction, (&command, &found), &mut put);
         before = found.converged.then_some(found);
     }
     Some(())
@@ -128,8 +134,8 @@ fn actuators(efforts: &[TubeEffort], put: &mut impl FnMut(f64)) {
 fn write(
     task: &Task,
     analysis: &BundleAnalysis<'_>,
-    command: &BundleCommand,
-    found: &BundleEquilibrium,
+    friction: Option<Friction>,
+    (command, found): (&BundleCommand, &BundleEquilibrium),
     put: &mut impl FnMut(f64),
 ) {
     let verdict = match found.status().into() {
@@ -151,8 +157,8 @@ fn write(
     if let Some(teeth) = task.limits {
         limits(&Utilisation::of(&analysis.section_limits(found, teeth)), put);
     }
-    if let Some(friction) = &task.friction {
-        match analysis.solver.full_slip(found, friction) {
+    if let Some(friction) = friction {
+        match analysis.solver.full_slip(found, &friction) {
             Some(sides) => {
                 for side in sides {
                     side.equilibrium.tip.iter().for_each(|v| put(*v));

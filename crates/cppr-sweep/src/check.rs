@@ -5,6 +5,7 @@ use crate::bundle::BEHIND_THE_PLATE;
 use crate::design::{DesignKeys, KeyProblem};
 use crate::table::{Chunk, Verdict};
 use crate::task::{Inputs, MOST_POSES, Plan, RobotSubject, Subject, Task};
+use cppr::bundle::Friction;
 use cppr::solve::{Command, SettingsProblem, Solver};
 use std::collections::BTreeSet;
 use std::fmt;
@@ -34,6 +35,8 @@ pub enum TaskProblem {
     NoMargin,
     /// Friction in a robot that is solved with modes.
     NoFriction,
+    /// A key of the file's friction varies where friction is left out.
+    IdleFriction(String),
 }
 
 impl fmt::Display for TaskProblem {
@@ -58,10 +61,11 @@ impl fmt::Display for TaskProblem {
             Self::Key(problem) => problem.fmt(f),
             Self::Settings(problem) => problem.fmt(f),
             Self::NoFriction => write!(f, "friction is that of a bundle: describe the robot as one"),
+            Self::IdleFriction(key) => write!(f, "{key} varies, and this sweep leaves friction out"),
             Self::NoMargin => {
                 write!(
                     f,
-                    "a margin to instability is not known for robots with parts or joints; the status says whether they are stable"
+                    "a margin to instability is not known for robots with parts or joints, nor beside friction (0 leaves it out); the status says whether they are stable"
                 )
             }
         }
@@ -84,6 +88,11 @@ impl Task {
             Subject::Robot(own) => own.settings.check(&own.robot).map_err(TaskProblem::Settings)?,
             Subject::Bundle(_) if self.margin => return Err(TaskProblem::NoMargin),
             Subject::Bundle(_) => {}
+        }
+        if let (None, Some(key)) =
+            (self.friction, self.design_keys().iter().find(|key| key.starts_with("friction.")))
+        {
+            return Err(TaskProblem::IdleFriction((*key).to_owned()));
         }
         if self.axes.is_empty() {
             return Err(TaskProblem::NoAxis);
@@ -148,7 +157,7 @@ impl Task {
                 Err(problem) => Some(problem),
             },
             Subject::Bundle(_) if verdict == Verdict::InvalidDesign => {
-                self.keys().and_then(|mut keys| keys.bundle(&self.design_values(&values)).map(|_| ())).err()
+                self.keys().and_then(|mut keys| keys.bundle(&self.design_values(&values)).map(drop)).err()
             }
             Subject::Bundle(_) => Some(BEHIND_THE_PLATE.into()),
         }
@@ -213,6 +222,16 @@ impl Task {
                 _ => None,
             })
             .collect()
+    }
+
+    /// The friction of rows of another design: what varies of it is as its file says, the rest as in all rows.
+    pub(crate) fn varied(&self, written: Option<Friction>) -> Option<Friction> {
+        let (common, written) = (self.friction?, written.or(self.friction)?);
+        let from = |key: &str| if self.design_keys().contains(&key) { written } else { common };
+        Some(Friction {
+            coefficient: from("friction.coefficient").coefficient,
+            guide: from("friction.guide_mm").guide,
+        })
     }
 }
 

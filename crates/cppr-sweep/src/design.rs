@@ -4,7 +4,7 @@
 //! `material.youngs_modulus_GPa` and `length_mm` stand outside the tubes. A number behind a dot picks an entry of a list,
 //! from 0: `tube1.notches.depth_mm.0`. Parts and joints have numbers from 1: `tube1.part2.length_mm`, `joint1.at_mm.0`.
 
-use cppr::bundle::{Bundle, BundleDesign};
+use cppr::bundle::{Bundle, BundleDesign, Friction};
 use cppr::design::{DesignProblems, Robot};
 use cppr_io::{Problem, Problems};
 use std::fmt;
@@ -85,14 +85,16 @@ impl DesignKeys {
         Robot::from_design(file.design).map_err(|list| unsound(&list))
     }
 
-    /// The same of a robot with parts or joints.
+    /// The same of a robot with parts or joints, and how its tubes rub.
     ///
     /// # Errors
     /// As [`Self::robot`].
-    pub fn bundle(&mut self, values: &[f64]) -> Result<(Bundle, BundleDesign), String> {
-        let design = cppr_io::bundle_file::parse(&self.text(values)).map_err(|problems| told(&problems))?;
+    pub fn bundle(&mut self, values: &[f64]) -> Result<(Bundle, BundleDesign, Option<Friction>), String> {
+        let own =
+            cppr_io::bundle_file::parse_either(&self.text(values)).map_err(|problems| told(&problems))?;
+        let (friction, design) = (own.friction(), own.into_bundle());
         let bundle = Bundle::new(&design).map_err(|list| unsound(&list))?;
-        Ok((bundle, design))
+        Ok((bundle, design, friction))
     }
 
     /// The file with these values.

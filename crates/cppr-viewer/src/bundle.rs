@@ -6,9 +6,10 @@ use crate::describe::{Control, body, nice, offset_and_bending, radii};
 use crate::drag;
 use crate::message::{self, Message};
 use crate::session::{ActuatorState, NotchLimit, Send, Solve, exceeded, ranges, text};
+use crate::touch::{Touch, Written};
 use cppr::analysis::{BundleAnalysis, RangeProblem, SafeRange, SectionLimit, Teeth};
 use cppr::bundle::solve::{BundleCommand, BundleEquilibrium, BundleSolver, load_behind_plate};
-use cppr::bundle::{Bundle, BundleDesign, BundleSection, TubeParts};
+use cppr::bundle::{Bundle, BundleDesign, BundleSection, Friction, TubeParts};
 use cppr::design::{Outline, TubeDesign};
 use cppr::solve::Input;
 use cppr::{Matrix3, Vector3};
@@ -55,6 +56,7 @@ const SAME: f64 = 1e-6;
 pub(crate) struct BundleModel {
     design: BundleDesign,
     bundle: Bundle,
+    friction: Option<Friction>,
     /// Where sudden changes are for which a robot of tubes of one length is integrated.
     sudden: Option<String>,
     /// Last stable equilibrium, with its command and whether tubes stretched.
@@ -109,10 +111,14 @@ struct Pose {
 
 impl BundleModel {
     /// `sudden`: places of sudden changes for which a robot of tubes of one length is integrated.
-    pub fn new(design: BundleDesign, sudden: Option<String>) -> Result<Self, Vec<String>> {
+    pub fn new(
+        design: BundleDesign,
+        friction: Option<Friction>,
+        sudden: Option<String>,
+    ) -> Result<Self, Vec<String>> {
         let bundle =
             Bundle::new(&design).map_err(|p| p.0.iter().map(ToString::to_string).collect::<Vec<_>>())?;
-        Ok(Self { design, bundle, sudden, stable: None })
+        Ok(Self { design, bundle, friction, sudden, stable: None })
     }
 
     /// Tells the page all about the robot; false where the page is gone.
@@ -129,7 +135,7 @@ impl BundleModel {
             "tubes": tubes, "controls": controls, "advance_mm": advance(length) * 1e3,
             "force_N": nice(3.0 * bending / (length * length)), "has_mass": self.design.has_mass(),
             "can_stretch": self.design.has_axial_stiffness(), "columns": COLUMNS,
-            "note": note,
+            "note": note, "friction": self.friction.map(Written::from),
         }))) && [false, true].into_iter().all(|coarse| {
             controls.iter().enumerate().all(|(tube, control)| {
                 let below = BELOW * (advance(length) + control.pull_mm * 1e-3);
@@ -208,6 +214,13 @@ impl BundleModel {
             self.stable = Some((found, command, stretch));
         }
         Ok(bytes)
+    }
+
+    /// How the tubes of the last stable equilibrium touch; `None` where there is none.
+    pub fn touch(&self, asked: &Touch) -> Option<Message> {
+        let (found, _, stretch) = self.stable.as_ref()?;
+        let solver = BundleSolver::new(&self.bundle).with_stretch(*stretch);
+        Some(asked.answer(Some((&solver, found))))
     }
 
     fn analysis(&self, stretch: bool) -> BundleAnalysis<'_> {

@@ -1,5 +1,6 @@
 //! What the page must know of a robot: its tubes as they are cut, and how far its controls reach.
 
+use crate::touch::Written;
 use cppr::analysis::Shape;
 use cppr::design::{Outline, Profile, Robot, TubeDesign};
 use cppr_io::RobotFile;
@@ -26,6 +27,8 @@ pub struct Description {
     has_mass: bool,
     can_stretch: bool,
     columns: &'static [&'static str],
+    /// As the file says it.
+    friction: Option<Written>,
 }
 
 /// One tube.
@@ -85,6 +88,7 @@ impl Description {
             can_stretch: robot.has_axial_stiffness(),
             tubes: tubes.map(|t| Tube::new(file, robot, t)).collect(),
             columns: &crate::message::COLUMNS,
+            friction: file.friction.map(Written::from),
         }
     }
 }

@@ -22,6 +22,7 @@ pub mod save;
 #[cfg(feature = "server")]
 mod server;
 pub mod session;
+mod touch;
 
 #[cfg(feature = "server")]
 pub use server::{Options, serve};

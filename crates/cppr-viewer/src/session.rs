@@ -3,6 +3,7 @@
 //! Every solve starts at the last stable equilibrium, as a robot moves; from rest where the page asks for it.
 
 pub use crate::cloud::{Cloud, Range};
+pub use crate::touch::Touch;
 
 use crate::bundle::{BundleModel, Ranges};
 use crate::cloud::Remaining;
@@ -39,6 +40,8 @@ pub enum Request {
     Ranges(Box<Scenario>),
     /// How far the modes put the tip of the last stable equilibrium off.
     Error,
+    /// How the tubes of the last stable equilibrium press on each other, and between which poses friction leaves it.
+    Touch(Touch),
 }
 
 /// A file that was given to the page.
@@ -226,8 +229,8 @@ impl Session {
         let (robot, sudden) = if keeps_modes { (robot, None) } else { robot.integrated() };
         let shown = match robot {
             Described::Robot(file) => Model::new(file).map(|model| Shown::Robot(Box::new(model))),
-            Described::Bundle(design) => {
-                BundleModel::new(design, sudden).map(|model| Shown::Bundle(Box::new(model)))
+            Described::Bundle { design, friction } => {
+                BundleModel::new(design, friction, sudden).map(|model| Shown::Bundle(Box::new(model)))
             }
         };
         match shown {
@@ -266,6 +269,7 @@ impl Session {
             Request::Workspace(cloud) => self.start_cloud(&cloud, send),
             Request::Ranges(scenario) => self.ranges(&scenario, send),
             Request::Error => self.error(send),
+            Request::Touch(touch) => self.touch(&touch, send),
         }
     }
 
@@ -383,6 +387,20 @@ impl Session {
             format!("The modes put the tip off by {part:.0e} of the length: take more of them under Model.")
         });
         send(text(&json!({"kind": "error", "error_mm": error.map(|own| own.tip * 1e3), "advice": advice})))
+    }
+
+    /// Tells the page how the tubes of the last stable equilibrium touch; nothing where there is none.
+    fn touch(&mut self, asked: &Touch, send: Send) -> bool {
+        match &mut self.model {
+            Some(Shown::Robot(model)) => {
+                let Some(found) = &model.stable else { return true };
+                let own = model.solver.integrated(found);
+                let own = own.as_ref().map(|own| (own.solver(), &own.equilibrium));
+                send(asked.answer(own.as_ref().map(|(solver, found)| (solver, *found))))
+            }
+            Some(Shown::Bundle(model)) => model.touch(asked).is_none_or(send),
+            _ => true,
+        }
     }
 
     /// Is there something to do while the page asks nothing?

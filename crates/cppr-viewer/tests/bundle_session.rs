@@ -1,17 +1,23 @@
 //! What the page is answered for robots with parts and joints, and for those with changes that modes do not follow.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use cppr::bundle::solve::BundleSolver;
+use cppr::bundle::{Bundle, Friction};
+use cppr::solve::Drive;
 use cppr_io::Scenario;
 use cppr_io::bundle_file::{self, Described};
-use cppr_io::scenario::ActuatorEntry;
+use cppr_io::scenario::{ActuatorEntry, FormulationName};
 use cppr_viewer::message::Message;
-use cppr_viewer::session::{Cloud, File, Request, Session, Solve};
+use cppr_viewer::session::{Cloud, File, Request, Session, Solve, Touch};
 use serde_json::Value;
 
 /// A session that shows a robot, and what the page was told of it.
 fn session(name: &str) -> (Session, Vec<Value>) {
     let path = format!("{}/../../robots/bundles/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    shown(Session::new(Described::Bundle(bundle_file::read_bundle(path).unwrap()), None))
+    shown(Session::new(
+        Described::Bundle { design: bundle_file::read_bundle(path).unwrap(), friction: None },
+        None,
+    ))
 }
 
 /// The same of a robot file of any kind, with what is asked of it at first.
@@ -54,6 +60,51 @@ fn pulls(pulls: &[(usize, f64)]) -> Solve {
 
 fn tip(pose: &Value) -> [f64; 3] {
     serde_json::from_value(pose["tip_mm"].clone()).unwrap()
+}
+
+/// Contact and friction of the pose that was shown last, of robots of either kind, as the program tells them; nothing without a pose.
+#[test]
+fn what_the_tubes_do_to_each_other_is_told() {
+    for (path, pull) in [("robots/r1.toml", 5.0), ("robots/bundles/two_sections.toml", 2.0)] {
+        let (mut session, _) = started(path, None);
+        let touch = |coefficient, guide_mm| Request::Touch(Touch { id: 7, coefficient, guide_mm });
+        assert!(ask(&mut session, touch(0.2, 0.0)).is_empty());
+        let (pose, _) = solve(&mut session, pulls(&[(2, pull)]));
+        let mut told =
+            |coefficient, guide_mm| ask(&mut session, touch(coefficient, guide_mm)).pop().unwrap().0;
+        let free = told(0.0, 20.0);
+        assert_eq!((free["kind"].as_str(), free["id"].as_u64()), (Some("touch"), Some(7)));
+        assert!(free["friction"].is_null() && free["problem"].is_null());
+        let design =
+            bundle_file::read(format!("{}/../../{path}", env!("CARGO_MANIFEST_DIR"))).unwrap().into_bundle();
+        let bundle = Bundle::new(&design).unwrap();
+        let mut solver = BundleSolver::new(&bundle);
+        let mut command = solver.held();
+        command.drives[1].translation = Drive::Motion(pull * 1e-3);
+        let found = solver.solve(&command);
+        let greatest = solver.contact(&found, 1e-3).unwrap().pairs[0].greatest();
+        let forces = free["contact"]["pairs"][0]["force_N_m"].as_array().unwrap();
+        let norm =
+            |f: &Value| f.as_array().unwrap().iter().map(|c| c.as_f64().unwrap().powi(2)).sum::<f64>().sqrt();
+        let most = forces.iter().map(norm).fold(0.0, f64::max);
+        assert!(greatest > 1.0 && (most / greatest - 1.0).abs() < 0.05, "{path}: {most} {greatest}");
+        let rubs = told(0.2, 20.0);
+        let sides = solver.full_slip(&found, &Friction { coefficient: 0.2, guide: Some(0.02) }).unwrap();
+        for (way, side) in ["loading", "unloading"].into_iter().zip(sides) {
+            let own = rubs["friction"][way]["actuators"][1]["tension_N"].as_f64().unwrap();
+            let (want, free) = (side.efforts[1].force, &pose["actuators"]);
+            assert!((own / want - 1.0).abs() < 1e-4, "{path} {way}: {own} {want}");
+            let free = free.as_array().unwrap().iter().find(|a| a["tube"] == 2).unwrap();
+            assert!((own > free["tension_N"].as_f64().unwrap()) == (way == "loading"));
+        }
+        assert!(told(2.5, 0.0)["problem"].as_str().unwrap().contains("tubes jam"));
+    }
+    // The printed equations have no contact force.
+    let (mut session, _) = started("robots/r1.toml", None);
+    let scenario = Scenario { formulation: FormulationName::Printed, ..pulls(&[(2, 5.0)]).scenario };
+    solve(&mut session, Solve { scenario, ..Solve::default() });
+    let told = ask(&mut session, Request::Touch(Touch::default())).pop().unwrap().0;
+    assert!(told["contact"].is_null() && told["problem"].as_str().unwrap().contains("consistent"), "{told}");
 }
 
 /// Two sections: the outer pair ends at its joint, half-way along the inner one, whose last section is the tip.

@@ -105,8 +105,8 @@ def calibrate(
     pull2_mm, rotate2_deg, tension2_N, tip_force_y_N, driven, x_mm, y_mm, z_mm, bend_deg, measured_tension2_N, sigma_mm, ... (the book's
     page on calibration has all). `fit` names parameters: centroid_offset_factor, youngs_modulus, shear_modulus, rest_curvature_factor,
     onset_strain, second_modulus, tooth_factor, gap, with ``@2`` for tube 2 alone, and friction; with none the robots are compared as they are. `friction` is
-    the coefficient between the tubes at which its fit begins, or that holds where it is not fitted, `guide` (m) the length over which
-    tubes are held below the plate.
+    the coefficient between the tubes at which its fit begins, or that holds where it is not fitted (that of the robots, if any; 0 leaves it out), `guide` (m) the length
+    over which tubes are held below the plate.
 
     Raises `CalibrationError` for wrong data and for parameters that the data cannot determine.
     """

@@ -55,10 +55,19 @@ class Robot:
     """A checked robot. Immutable; any number of threads may solve with it at the same time.
 
     `length` is the rest length of all tubes above the baseplate (m); `tubes` are the leader, then the followers from
-    outside to inside. Raises `RobotError` with everything that is wrong with the robot.
+    outside to inside. `friction` is the coefficient between the tubes and `guide` (m) the length over which they are held below the plate: what asks for friction
+    takes them where it is given no others. Raises `RobotError` with everything that is wrong with the robot, `ValueError` for a negative friction.
     """
 
-    def __new__(cls, length: float, tubes: Sequence[TubeLike], name: str = "robot") -> Robot: ...
+    def __new__(
+        cls,
+        length: float,
+        tubes: Sequence[TubeLike],
+        name: str = "robot",
+        *,
+        friction: float | None = None,
+        guide: float | None = None,
+    ) -> Robot: ...
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> Robot:
         """Reads a robot file. Raises `RobotError` with all its problems, each with its line.
@@ -83,6 +92,14 @@ class Robot:
     @property
     def name(self) -> str:
         """Name."""
+
+    @property
+    def friction(self) -> float | None:
+        """Coefficient of friction between the tubes; None where the robot does not say it."""
+
+    @property
+    def guide(self) -> float | None:
+        """Length of the guide below the plate in which tubes rub too (m)."""
 
     @property
     def length(self) -> float:
@@ -190,10 +207,10 @@ class Equilibrium:
         """
 
     def friction(
-        self, coefficient: float, guide: float | None = None
+        self, coefficient: float | None = None, guide: float | None = None
     ) -> tuple[dict[str, _Floats], dict[str, _Floats]]:
         """The two equilibria of full slip between which friction leaves the pose: as if all motors had been driven on to the command, and as if
-        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well.
+        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well. What is not given is the robot's.
 
         Each has `tip_position` (m), and per tube, the leader first, `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m). Raises
         `NoEquilibrium` where one of them was not found.
@@ -527,11 +544,17 @@ class Bundle:
     """A checked robot of parts and joints: tubes of any length, bonded anywhere or free at their tips, curved or straight at rest.
 
     `tubes` are from outside to inside, and as many as nest. Without `joints` all tips are bonded to each other, which takes tubes
-    of one length; `joints=[]` leaves all tips free. Raises `RobotError` with what is wrong with the robot. Can be pickled and copied.
+    of one length; `joints=[]` leaves all tips free. `friction` and `guide` (m) are as those of a `Robot`. Raises `RobotError` with what is wrong with the robot. Can be pickled and copied.
     """
 
     def __new__(
-        cls, tubes: Sequence[Tube], joints: Sequence[Joint] | None = None, name: str = "robot"
+        cls,
+        tubes: Sequence[Tube],
+        joints: Sequence[Joint] | None = None,
+        name: str = "robot",
+        *,
+        friction: float | None = None,
+        guide: float | None = None,
     ) -> Bundle: ...
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> Bundle:
@@ -552,6 +575,14 @@ class Bundle:
     @property
     def name(self) -> str:
         """Name."""
+
+    @property
+    def friction(self) -> float | None:
+        """Coefficient of friction between the tubes; None where the robot does not say it."""
+
+    @property
+    def guide(self) -> float | None:
+        """Length of the guide below the plate in which tubes rub too (m)."""
 
     @property
     def length(self) -> float:
@@ -612,7 +643,7 @@ class Bundle:
     def cycle(
         self,
         waypoints: Sequence[dict[str, Any]],
-        friction: float,
+        friction: float | None = None,
         *,
         guide: float | None = None,
         steps: int = 14,
@@ -620,7 +651,7 @@ class Bundle:
         loads: Iterable[Load] | None = None,
         stretch: bool = False,
     ) -> dict[str, Any]:
-        """A history of commands with friction between the tubes: from rest to the first waypoint, then from each to the next in `steps` steps.
+        """A history of commands with friction between the tubes (the robot's where none is given): from rest to the first waypoint, then from each to the next in `steps` steps.
 
         A waypoint is a dict of the keywords `pull`, `rotate`, `tension` and `torque` of `solve`. Gives, with a row for every point, `leg`, `tip_position`
         (m), `slipping` (part of the length on which neighbours slip), and `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m) of all tubes.
@@ -698,10 +729,10 @@ class BundleEquilibrium:
         """
 
     def friction(
-        self, coefficient: float, guide: float | None = None
+        self, coefficient: float | None = None, guide: float | None = None
     ) -> tuple[dict[str, _Floats], dict[str, _Floats]]:
         """The two equilibria of full slip between which friction leaves the pose: as if all motors had been driven on to the command, and as if
-        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well.
+        they had been driven back to it. `guide` is the length (m) over which tubes are held below the baseplate and rub there as well. What is not given is the robot's.
 
         Each has `tip_position` (m), and per tube, the leader first, `pull` (m), `rotation` (rad), `tension` (N), `torque` (N m). Raises
         `NoEquilibrium` where one of them was not found.
@@ -845,7 +876,7 @@ def sense(
     direction: VectorLike | None,
     deviations: tuple[float, float, float, float],
     moment: bool,
-    friction: tuple[float, float | None] | None,
+    friction: tuple[float | None, float | None],
 ) -> dict[str, Any]: ...
 def sweep(
     path: str | os.PathLike[str],
@@ -860,7 +891,7 @@ def sweep(
     seed: int,
     margin: bool,
     teeth: str | None,
-    friction: tuple[float, float | None] | None,
+    friction: tuple[float | None, float | None],
     resume: bool,
     threads: int,
     progress: Callable[[int, int], object] | None,

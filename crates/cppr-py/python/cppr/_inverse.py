@@ -153,12 +153,13 @@ def sense(
     gets what is lacking. `tension` (N) and `torque` (N m) are measured efforts of followers moved by motion: a number for tube 2, a dict for others;
     `position` (m) and `direction` the measured tip, base frame. Their standard deviations weigh them.
 
-    With `friction`, the coefficient between the tubes, `loading` and `unloading` are what the same measurements say if every tube slips, after motors that
+    With `friction`, the coefficient between the tubes (that of the robot, if any; 0 leaves it out), `loading` and `unloading` are what the same measurements say if every tube slips, after motors that
     were driven on and back; `guide` (m) is where tubes are held below the plate. All of these, and the answer without friction beside them, are then of the robot
     integrated along its length: their equilibria are those of a `Bundle`. A friction that is not given is taken for a force.
     """
     deviations = (tension_deviation, torque_deviation, position_deviation, direction_deviation)
-    rubs = None if friction is None else (friction, guide)
-    found = _cppr.sense(self, (tension, torque), position, direction, deviations, moment, rubs)
+    found = _cppr.sense(
+        self, (tension, torque), position, direction, deviations, moment, (friction, guide)
+    )
     sides = {side: Sensed(**found.pop(side)) for side in ("loading", "unloading") if found.get(side)}
     return Sensed(**{**found, **sides})

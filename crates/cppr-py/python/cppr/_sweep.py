@@ -71,7 +71,7 @@ def sweep(
     Twice or four times as many modes are taken where eight rows, from the first to the last, need them for tips within `accuracy` times the
     length, or an `AccuracyWarning` is given; None leaves the modes as they are. A robot with sudden changes along it, which no modes follow, is integrated
     instead and an `AccuracyWarning` says so, unless `settings` or `margin` need modes. `margin` and `limits` (what the teeth do) add columns. `friction`, the
-    coefficient between the tubes, adds tip and actuators with motors driven on (``loading_``) and driven back (``unloading_``), `guide` (m) the friction where tubes are held
+    coefficient between the tubes (that of the robot file, if any; 0 leaves it out), adds tip and actuators with motors driven on (``loading_``) and driven back (``unloading_``), `guide` (m) the friction where tubes are held
     below the plate. `output` ends in .csv, .npz or .parquet; columns carry their units.
     Nothing that was solved is lost: after Ctrl-C or a crash the same call with `resume=True` goes on.
 
@@ -117,7 +117,7 @@ def sweep(
             robot, output, axes, tuple(fixed.get(k) for k in ("pull", "rotate", "tension", "torque")),
             None if tip_force is None and tip_moment is None else (tip[0], tip[1]),
             None if loads is None else list(loads), settings, accuracy, samples, seed, margin, limits,
-            None if friction is None else (friction, guide), resume,
+            (friction, guide), resume,
             cores() if threads is None else threads, callback,
         )  # fmt: skip
     finally:

@@ -121,7 +121,8 @@ function begin(description) {
   remark.hidden = !robot.note;
   stage.begin(robot);
   arrow.begin(robot.force_N);
-  plots.begin(robot);
+  plots.begin(robot, source.live);
+  readout.rubbed.hidden = true;
   choose();
   scale.textContent = `grid ${stage.gridStep} mm`;
   store.pose = null;
@@ -194,6 +195,12 @@ const messages = {
   file: ({ text }) => download(`${robot.name}-state.toml`, text, "application/toml"),
   ranges: ({ ranges }) => panel?.safe(ranges),
   error: (message) => readout.error(message),
+  touch: (message) => {
+    // Of a pose that is still the one on the page.
+    if (message.id !== touches) return;
+    plots.press(message.contact, store.pose);
+    readout.rubs(message, store.friction.coefficient, store.pose, store.scenario);
+  },
   cloud: (message) => {
     stage.addCloud(message.floats);
     cloudNote.textContent = message.done ? "" : ` ${message.solved} of ${message.count}`;
@@ -214,6 +221,7 @@ store.addEventListener("change", ({ detail }) => {
   // Those of a robot with parts and joints take seconds: none are shown meanwhile.
   if (source.live && robot.bundle) panel?.safe([]);
   if (source.live) ranges.wake();
+  touch();
   if (!detail.solved) source.solve(store.scenario, { from_rest: resting });
   resting = false;
   // The arrow is drawn with the answer: a picture now would keep the new shape from being drawn for the rest of its time.
@@ -229,6 +237,20 @@ const ranges = new Rest(400, () => {
   if (!refused && store.pose?.status === "converged" && !robot.bundle) source.send("error");
   if (!(robot.bundle && robots)) source.send({ ranges: trimmed(store.scenario) });
 });
+
+/** How the tubes touch, asked where nothing has changed for a while and the answer to the last change is here. */
+let touches = 0;
+const touching = new Rest(250, () => {
+  if (!source.idle) touching.wake();
+  else if (!refused && store.pose?.status === "converged") source.send({ touch: { id: touches, ...store.friction } });
+});
+function touch() {
+  touches++;
+  plots.stale();
+  readout.rubbed.classList.add("stale");
+  if (source.live) touching.wake();
+}
+store.addEventListener("rub", touch);
 
 /** What is offered where the shape on the page is unstable. */
 const aside = button("To a stable shape", "Under the same command, on a branch that leaves the path from rest; stays here where there is none", () => source.solve(store.scenario, { aside: true }));

@@ -203,6 +203,23 @@ function notches(store, robot) {
   return { node, show: () => controls.forEach((c) => c.show()) };
 }
 
+/** How the tubes rub: no part of the state, since it changes no pose, only what is told of it. */
+function friction(store, robot) {
+  const control = (key, options, least, most) =>
+    valueControl({
+      ...options,
+      least: 0,
+      value: store.friction[key],
+      input: (v) => store.rub({ [key]: Math.min(most, Math.max(least, v)) }),
+      done: () => {},
+    });
+  const controls = [
+    control("coefficient", { label: "μ", unit: "–", most: 0.6, title: "Coefficient of friction between the tubes: between which poses it leaves the robot is told on the right. 0 leaves friction out" }, 0, 2),
+    control("guide_mm", { label: "Guide", unit: "mm", most: Number((robot.length_mm / 4).toPrecision(1)), title: "Length of the guide below the plate in which the tubes rub too. 0 leaves it out" }, 0, 1e4),
+  ];
+  return { node: el("fieldset", {}, el("legend", {}, "Friction"), ...controls.map((c) => c.node)), show: () => {} };
+}
+
 /** All controls of a robot; they show again what the store holds after undo. */
 export function controlPanel(store, robot) {
   const parts = [
@@ -210,6 +227,7 @@ export function controlPanel(store, robot) {
     ...robot.controls.map((control, i) => actuator(store, control, i)),
     forces(store, robot),
     options(store, robot),
+    friction(store, robot),
     notches(store, robot),
   ].filter(Boolean);
   return {

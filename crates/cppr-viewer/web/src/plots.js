@@ -1,8 +1,10 @@
-// Fields along the length, one line per tube.
+// Fields along the length, one line per tube; of the contact force one per pair of tubes.
 
 import { nice } from "./colour.js";
 import { el, select, shape, show } from "./dom.js";
 
+/** How hard the tubes press on each other. It comes where nothing has changed for a while; until then the last one is dimmed. */
+const CONTACT = "contact";
 const QUANTITIES = [
   ["curvature_z", "Curvature κ_Z (1/m)"],
   ["curvature_y", "Curvature κ_Y (1/m)"],
@@ -13,6 +15,7 @@ const QUANTITIES = [
   ["axial_force", "Axial force (N)"],
   ["tension", "Tension (N)"],
   ["stretch", "Stretch (–)"],
+  [CONTACT, "Contact force (N/mm)"],
 ];
 const FIRST = ["curvature_z", "moment_z", "axial_force"];
 /** Where moments and axial forces are not known. */
@@ -22,8 +25,9 @@ const [W, LEFT, BOTTOM, TOP] = [320, 44, 20, 8];
 const DASHES = ["", "6 3", "8 3 2 3", "12 3", "2 3", "8 3 2 3 2 3"];
 
 class Plot {
-  constructor(column, { hover }) {
+  constructor(column, pressed, { hover }) {
     this.column = column;
+    this.pressed = pressed;
     this.svg = shape("svg", { role: "img" });
     this.value = el("span", { className: "values" });
     this.pick = el("span");
@@ -35,10 +39,10 @@ class Plot {
       this.draw();
     }).observe(this.svg);
     this.svg.addEventListener("pointermove", (e) => {
-      if (!this.pose) return;
+      if (!this.shown) return;
       const box = this.svg.getBoundingClientRect();
       const part = (((e.clientX - box.left) / box.width) * W - LEFT) / (W - LEFT - 6);
-      hover(Math.round(Math.min(1, Math.max(0, part)) * (this.pose.sections - 1)));
+      hover(Math.round(Math.min(1, Math.max(0, part)) * (this.shown.sections - 1)));
     });
     this.svg.addEventListener("pointerleave", () => hover(null));
   }
@@ -55,13 +59,35 @@ class Plot {
     this.pick.replaceChildren(pick);
   }
 
+  /** The pose that is drawn. */
+  get shown() {
+    return this.column === CONTACT ? this.pressed.pose : this.pose;
+  }
+
+  /** Where a section is on the axis (mm). */
+  place(section) {
+    return this.column === CONTACT ? this.shown.run(section) : this.shown.place(section);
+  }
+
+  /** Tube, values and their places (mm). The line of a pair is that of its inner tube. */
+  lines() {
+    if (this.column === CONTACT) return this.pressed.pairs;
+    const { shown } = this;
+    const places = Array.from({ length: shown.sections }, (_, s) => shown.place(s));
+    return Array.from({ length: shown.tubes }, (_, tube) => ({ tube, values: shown.along(tube, this.column).slice(0, shown.ends[tube] + 1), places }));
+  }
+
   draw(pose = this.pose) {
     this.pose = pose;
     const H = this.height;
-    if (!pose || !H) return;
-    const lines = Array.from({ length: pose.tubes }, (_, t) => pose.along(t, this.column).slice(0, pose.ends[t] + 1));
-    const most = Math.max(...lines.map((l) => l.reduce((m, v) => Math.max(m, v), 0)));
-    const least = Math.min(...lines.map((l) => l.reduce((m, v) => Math.min(m, v), 0)));
+    this.node.classList.toggle("stale", this.column === CONTACT && this.pressed.stale);
+    if (!this.shown || !H) {
+      this.svg.replaceChildren();
+      return;
+    }
+    const lines = this.lines();
+    const most = Math.max(...lines.map((l) => l.values.reduce((m, v) => Math.max(m, v), 0)));
+    const least = Math.min(...lines.map((l) => l.values.reduce((m, v) => Math.min(m, v), 0)));
     // What is only rounding is drawn as zero.
     const span = Math.max(most - least, 1e-3);
     // A number needs some room above the next.
@@ -70,7 +96,7 @@ class Plot {
     const one = Math.min(most, -least) < 1e-6 * span && most - least > 1e-3;
     const [below, above] = [one && -least < most, one && -least > most].map((bare) => (bare ? -1e-3 : 1e-3));
     const [low, high] = [Math.floor(least / step - below) * step, Math.ceil(most / step + above) * step];
-    const length = pose.place(pose.sections - 1);
+    const length = this.place(this.shown.sections - 1);
     const px = (x) => LEFT + (x / length) * (W - LEFT - 6);
     const py = (y) => H - BOTTOM - ((y - low) / (high - low)) * (H - BOTTOM - TOP);
     const grid = [];
@@ -85,10 +111,10 @@ class Plot {
     for (let x = 0; x <= length * 1.0001; x += xstep) {
       grid.push(shape("text", { x: px(x), y: H - 6, "text-anchor": x === 0 ? "start" : x > 0.97 * length ? "end" : "middle" }, x === 0 ? "X = 0" : x + xstep > length * 1.0001 ? `${Math.round(x)} mm` : `${Math.round(x)}`));
     }
-    const paths = lines.map((line, t) => {
+    const paths = lines.map(({ tube, values, places }) => {
       let d = "";
-      line.forEach((v, s) => (d += `${s ? "L" : "M"}${px(pose.place(s)).toFixed(1)} ${py(v).toFixed(1)}`));
-      return shape("path", { d, class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] });
+      values.forEach((v, s) => (d += `${s ? "L" : "M"}${px(places[s]).toFixed(1)} ${py(v).toFixed(1)}`));
+      return shape("path", { d, class: `line tube${tube}`, "stroke-dasharray": DASHES[tube % 6] });
     });
     this.cursor = shape("line", { y1: TOP, y2: H - BOTTOM, class: "cursor", visibility: "hidden" });
     this.svg.replaceChildren(...grid, ...paths, this.cursor);
@@ -96,24 +122,28 @@ class Plot {
   }
 
   mark(section) {
-    if (!this.cursor || !this.pose) return;
+    if (!this.cursor || !this.shown) return;
     this.cursor.setAttribute("visibility", section === null ? "hidden" : "visible");
     if (section === null) {
       this.value.textContent = "";
       return;
     }
-    const x = this.px(this.pose.place(section));
+    const place = this.place(section);
+    const x = this.px(place);
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
-    const values = Array.from({ length: this.pose.tubes }, (_, t) => show(section > this.pose.ends[t] ? NaN : this.pose.at(section, t, this.column)));
-    this.value.textContent = `X = ${show(this.pose.place(section), 0)} mm: ${values.join(", ")}`;
+    const values = this.lines().map(({ values, places }) => show(values[places.findIndex((x) => x >= place - 1e-6)] ?? NaN));
+    this.value.textContent = `X = ${show(place, 0)} mm: ${values.join(", ")}`;
   }
 }
 
 /** Three plots; `hover(section)` while the pointer is over one. */
 export class Plots {
+  /** Contact forces, and the pose that they are of. */
+  pressed = { pairs: [], pose: null, stale: false };
+
   constructor(hover) {
-    this.plots = FIRST.map((column) => new Plot(column, {
+    this.plots = FIRST.map((column) => new Plot(column, this.pressed, {
       hover: (section) => {
         this.plots.forEach((p) => p.mark(section));
         hover(section);
@@ -123,14 +153,38 @@ export class Plots {
     this.node = el("section", { className: "plots", "aria-label": "Fields along the length" }, this.key, ...this.plots.map((p) => p.node));
   }
 
-  begin({ tubes, columns, bundle }) {
+  /** `live`: contact forces are told. */
+  begin({ tubes, columns: own, bundle }, live) {
     const first = bundle ? FIRST_OF_BUNDLE : FIRST;
+    const columns = live && tubes.length > 1 ? [...own, CONTACT] : own;
+    Object.assign(this.pressed, { pairs: [], pose: null });
     this.plots.forEach((plot, i) => plot.begin(columns, columns.includes(plot.column) ? plot.column : first[i]));
     const sample = (t) => shape("svg", { viewBox: "0 0 26 8" }, shape("path", { d: "M1 4H25", class: `line tube${t}`, "stroke-dasharray": DASHES[t % 6] }));
     this.key.replaceChildren(...tubes.map((_, t) => el("span", {}, sample(t), t > 0 ? `${t + 1}` : bundle ? "Tube 1" : "Tube 1, the leader")));
   }
 
   pose(pose) {
-    this.plots.forEach((p) => p.draw(pose));
+    this.plots.forEach((p) => (p.column === CONTACT ? (p.pose = pose) : p.draw(pose)));
+  }
+
+  /** The pose is another than that of the contact forces. */
+  stale() {
+    this.pressed.stale = true;
+    this.#redraw();
+  }
+
+  /** Contact forces of a pose, in SI units. */
+  press(contact, pose) {
+    const pairs = (contact?.pairs ?? []).map(({ inner, length_m: lengths, force_N_m: forces }) => ({
+      tube: inner - 1,
+      places: lengths.map((x) => 1e3 * x),
+      values: forces.map((force) => 1e-3 * Math.hypot(...force)),
+    }));
+    Object.assign(this.pressed, { pairs, pose: pairs.length > 0 ? pose : null, stale: false });
+    this.#redraw();
+  }
+
+  #redraw() {
+    this.plots.filter((p) => p.column === CONTACT).forEach((p) => p.draw());
   }
 }

@@ -19,6 +19,20 @@ export class Pose {
     return this.along_mm?.[s] ?? this.at(s, 0, "abscissa");
   }
 
+  #runs = null;
+
+  /** Length of the centreline up to a section (mm). */
+  run(s) {
+    if (this.along_mm) return this.along_mm[s];
+    if (!this.#runs) {
+      const points = this.points(0, "x");
+      const step = (i) => Math.hypot(...[0, 1, 2].map((k) => points[3 * i + k] - points[3 * i - 3 + k]));
+      this.#runs = [0];
+      for (let i = 1; i < this.sections; i++) this.#runs.push(this.#runs[i - 1] + step(i));
+    }
+    return this.#runs[s];
+  }
+
   /** One value of tube `t` at section `s`. */
   at(s, t, column) {
     return this.floats[(s * this.tubes + t) * this.columns.length + this.index[column]];

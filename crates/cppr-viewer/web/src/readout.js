@@ -10,8 +10,9 @@ export class Readout {
     this.status = el("p", { className: "status", role: "status" }, "connecting …");
     this.advice = el("p", { className: "advice", hidden: true });
     this.table = el("table", { className: "readout" });
+    this.rubbed = el("table", { className: "readout rubbed", hidden: true });
     this.note = el("p", { className: "note" });
-    this.node = el("section", { "aria-label": "Readout" }, this.status, this.advice, this.table, this.note);
+    this.node = el("section", { "aria-label": "Readout" }, this.status, this.advice, this.table, this.rubbed, this.note);
   }
 
   say(kind, text) {
@@ -34,8 +35,32 @@ export class Readout {
     if (advice) this.advise([this.advice.textContent, advice].filter(Boolean).join(" "));
   }
 
+  /** Between which poses friction leaves the one that is shown, in SI units; dimmed as soon as that is another. */
+  rubs({ friction, problem }, coefficient, pose, scenario) {
+    this.rubbed.hidden = !friction && !(problem && coefficient > 0);
+    this.rubbed.classList.remove("stale");
+    if (this.rubbed.hidden) return;
+    if (!friction) {
+      this.rubbed.replaceChildren(this.#row("Friction", [el("td", { colSpan: 2 }, el("small", {}, problem))]));
+      return;
+    }
+    const sides = [friction.loading, friction.unloading];
+    const row = (name, value, digits, unit, title = "") => this.#row(name, sides.map((side) => `${show(value(side), digits)} ${unit}`), title);
+    const rows = [el("tr", { className: "head", title: "As if all motors had been driven on to this command, or driven back to it, with everything slipping" }, el("th", {}, `Friction ${friction.coefficient}`), ...["driven on", "driven back"].map((a) => el("th", { scope: "col" }, a)))];
+    ["X", "Y", "Z"].forEach((axis, i) => rows.push(row(`Tip ${axis}`, (side) => 1e3 * side.tip_position_m[i], 2, "mm")));
+    for (const { tube } of pose.actuators) {
+      const own = (side) => side.actuators.find((a) => a.tube === tube);
+      const asked = scenario.actuator.find((a) => a.tube === tube) ?? {};
+      const name = (text) => [el("i", { className: `swatch tube${tube - 1}` }), `${text} ${tube}`];
+      rows.push(asked.tension_N === undefined ? row(name("Pull"), (side) => own(side).tension_N, 3, "N") : row(name("Pull"), (side) => 1e3 * own(side).pull_m, 3, "mm"));
+      const turns = sides.some((side) => Math.abs(own(side).torque_Nm) > 1e-9 || Math.abs(own(side).rotation_rad) > 1e-9);
+      if (turns) rows.push(asked.torque_Nmm === undefined ? row(name("Turn"), (side) => 1e3 * own(side).torque_Nm, 2, "N mm") : row(name("Turn"), (side) => (180 / Math.PI) * own(side).rotation_rad, 2, "°"));
+    }
+    this.rubbed.replaceChildren(...rows);
+  }
+
   #row(name, cells, title = "") {
-    return el("tr", { title }, el("th", { scope: "row" }, name), ...cells.map((c) => (c instanceof Node ? c : el("td", {}, c))));
+    return el("tr", { title }, el("th", { scope: "row" }, ...[name].flat()), ...cells.map((c) => (c instanceof Node ? c : el("td", {}, c))));
   }
 
   /** `scenario` tells which of two conjugate quantities was prescribed. */

@@ -24,6 +24,8 @@ export function trimmed(scenario) {
 
 export class Store extends EventTarget {
   /** @type {any} */ scenario = null;
+  /** How the tubes rub: that of the robot's file, until another is chosen. */
+  friction = { coefficient: 0, guide_mm: 0 };
   #past = [];
   #future = [];
   #settled = "";
@@ -32,6 +34,7 @@ export class Store extends EventTarget {
   begin(robot) {
     this.robot = robot;
     this.scenario = rest(robot);
+    this.friction = { coefficient: 0, guide_mm: 0, ...robot.friction };
     this.#past = [];
     this.#future = [];
     this.#settled = JSON.stringify(this.scenario);
@@ -49,6 +52,12 @@ export class Store extends EventTarget {
   change(edit, outside = false) {
     edit(this.scenario);
     this.#say(outside);
+  }
+
+  /** Other friction: no step of undo. */
+  rub(friction) {
+    Object.assign(this.friction, friction);
+    this.dispatchEvent(new Event("rub"));
   }
 
   /** Where the actuators stand, found with the shape on the page. */

@@ -196,6 +196,49 @@ test("an unstable shape can be left for a stable one", async () => {
   assert.ok(await go.isHidden());
 });
 
+test("how hard the tubes press is drawn, and between which poses friction leaves the robot is told, once the robot is at rest", async () => {
+  const original = readFileSync(join(root, "robots/r1.toml"), "utf8");
+  await drop(page, "r1.toml", original);
+  await page.waitForFunction(() => document.title.startsWith("R1"));
+  await settled(page);
+  const panel = page.getByRole("group", { name: "Friction" });
+  const rubbed = page.locator(".rubbed");
+  const fresh = () => page.waitForFunction(() => cppr.source.idle && cppr.plots.pressed.pose && !cppr.plots.pressed.stale);
+  const quantity = page.getByLabel("Plotted quantity").last();
+  await quantity.selectOption("contact");
+  await pull(5);
+  assert.equal(await page.locator(".plots figure.stale").count(), 1, "what is drawn is of another pose");
+  await fresh();
+  assert.equal(await page.locator(".plots figure.stale").count(), 0);
+  assert.ok(await rubbed.isHidden(), "no friction unless it is asked for");
+  const told = solve("robots/r1.toml", "--pull", "5mm", "--contact", "--friction", "0.2", "--guide", "20mm");
+  const { contact } = told;
+  const most = Math.max(...contact.pairs[0].force_N_m.map((f) => Math.hypot(...f))) * 1e-3;
+  const drawn = await page.evaluate(() => cppr.plots.plots[2].lines().map((l) => Math.max(...l.values)));
+  assert.ok(drawn.length === 1 && Math.abs(drawn[0] / most - 1) < 1e-3, `${drawn} instead of ${most}`);
+  const before = await page.evaluate(() => cppr.store.pose.id);
+  await panel.getByRole("spinbutton", { name: "μ" }).fill("0.2");
+  await panel.getByRole("spinbutton", { name: "Guide" }).fill("20");
+  await rubbed.getByText("driven on").waitFor();
+  await fresh();
+  assert.equal(await page.evaluate(() => cppr.store.pose.id), before, "friction changes no pose");
+  const cells = await rubbed.locator("tr").evaluateAll((rows) => rows.map((r) => [...r.querySelectorAll("td")].map((c) => Number(c.textContent.replace("−", "-").split(" ")[0]))));
+  [told.friction.loading, told.friction.unloading].forEach((side, i) => {
+    assert.ok(Math.abs(cells[2][i] - 1e3 * side.tip_position_m[1]) < 0.006, `tip ${cells[2]}`);
+    assert.ok(Math.abs(cells[4][i] - side.actuators[1].tension_N) < 6e-4, `pull ${cells[4]}`);
+  });
+  await panel.getByRole("spinbutton", { name: "μ" }).fill("0");
+  await fresh();
+  assert.ok(await rubbed.isHidden());
+  // A file that says how its tubes rub.
+  await drop(page, "rubs.toml", `${original.replace('"R1"', '"Rubs"')}\n[friction]\ncoefficient = 0.3\n`);
+  await page.waitForFunction(() => document.title.startsWith("Rubs"));
+  assert.equal(await panel.getByRole("spinbutton", { name: "μ" }).inputValue(), "0.3");
+  await pull(3);
+  await rubbed.getByText("Friction 0.3").waitFor();
+  await quantity.selectOption("axial_force");
+});
+
 test("with three tubes everything at the right is seen on a screen of 768 pixels", async () => {
   await drop(page, "childs3.toml", readFileSync(join(root, "robots/childs3.toml"), "utf8"));
   await page.waitForFunction(() => document.title.startsWith("Childs3"));
