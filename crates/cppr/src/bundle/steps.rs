@@ -64,6 +64,9 @@ pub(crate) struct Steps {
     pub adapt: bool,
     /// Greatest distance, in scaled variables, at which a step arrived from the state that is kept there.
     pub defect: f64,
+    /// What the step of order 8 showed that was taken last.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    seen: Seen,
     /// Conditions and coordinates of the integration; every one begins with its own.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub coordinates: Coordinates,
@@ -77,7 +80,7 @@ impl Steps {
             let mut last = 0.0;
             for (&end, node) in span.ends.iter().zip(&span.nodes) {
                 ends.extend([0.5 * (last + end), end]);
-                nodes.extend([Node::default(), Node { order: Order::Eighth, ..node.clone() }]);
+                nodes.extend([Node { order: node.order, seen: node.seen, ..Node::default() }, node.clone()]);
                 last = end;
             }
             SpanSteps { key: span.key, passed: span.passed.clone(), ends, nodes }
@@ -198,6 +201,7 @@ impl Steps {
             self.stops = stops.collect();
         }
         self.defect = 0.0;
+        self.seen = Seen::default();
         self.coordinates = Coordinates::begin(unknowns);
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             node.slopes.clear();
@@ -209,6 +213,24 @@ impl Steps {
         self.coordinates = Coordinates::default();
         for node in self.spans.iter_mut().flat_map(|span| &mut span.nodes) {
             node.slopes = Vec::new();
+        }
+    }
+
+    /// The order of a step with so many values and of this length (m), and what was seen of it. One that is not known yet may be taken as the one before where both are `alike`.
+    fn order(&self, number: usize, index: usize, width: usize, length: f64, alike: bool) -> (Order, Seen) {
+        match self.spans[number].nodes.get(index) {
+            Some(node) if node.seen.covers(width, length) => (node.order, node.seen),
+            _ if alike && self.seen.covers(width, length) => (self.seen.order(), self.seen),
+            _ => Default::default(),
+        }
+    }
+
+    /// Notes how a step was taken.
+    fn note(&mut self, number: usize, index: usize, order: Order, error: f64, seen: Seen) {
+        let node = &mut self.spans[number].nodes[index];
+        (node.error, node.order, node.seen) = (error, order, seen.after(&node.seen));
+        if order == Order::Eighth {
+            self.seen = node.seen;
         }
     }
 
@@ -333,6 +355,8 @@ const TINY: f64 = 1e-9;
 const EASY: f64 = 1e-3;
 /// Errors beyond this multiple of what is allowed are too large.
 const COARSE: f64 = 10.0;
+/// Steps shorter than this part of the length are like their neighbours.
+const SHORT: f64 = 0.05;
 /// Shortest step, as a share of its span.
 const SHORTEST: f64 = 1e-6;
 
@@ -398,6 +422,8 @@ fn try_march<S: Number>(
     let (mut done, mut index) = (0.0, 0);
     // Is the first stage known?
     let mut begun = false;
+    // Has it to be of order 8?
+    let mut full = false;
     let mut share: f64 = 1.0;
     while done < 1.0 {
         let kept = steps.spans[number].ends.get(index).copied();
@@ -405,10 +431,15 @@ fn try_march<S: Number>(
         let goal = if goal > 1.0 - SHORTEST { 1.0 } else { goal };
         let end = if goal > done + longest { done + longest } else { goal };
         let step = (-flow.values[4 * leading] + to) * ((end - done) / (1.0 - done));
+        let free = steps.adapt || kept.is_none();
+        // A short step is like the one before: nothing grows far along it, and but for friction nothing is rough.
+        let smooth = free && walk.command.rubbing.is_none();
+        let alike = smooth && !full && step.value().abs() < SHORT * walk.bundle.length;
         // A step that is cut is of order 8.
-        let order = match steps.spans[number].nodes.get(index) {
-            Some(node) if end >= goal && node.seen.covers(width, step.value()) => node.order,
-            _ => Order::Eighth,
+        let (order, before) = if end >= goal {
+            steps.order(number, index, width, step.value(), alike)
+        } else {
+            Default::default()
         };
         if !begun {
             flow.slopes(Some(leading), &mut slopes[..width])?;
@@ -419,23 +450,24 @@ fn try_march<S: Number>(
             Ok(()) => {
                 let grown = steps.coordinates.overgrowth(&flow.values, trial, &scales[..dependent]);
                 let taken = Taken { stages: slopes, arrived: trial, step, scales: &scales, dependent };
-                let (own, seen) = match steps.spans[number].nodes.get(index) {
-                    Some(node) if order != Order::Eighth => {
-                        (taken.error_of_lower(order, &node.seen, walk.tolerance), None)
-                    }
-                    _ => taken.error(walk.tolerance),
+                let (own, seen) = match order {
+                    Order::Eighth => taken.error(walk.tolerance),
+                    _ => (taken.error_of_lower(order, &before, walk.tolerance), None),
                 };
                 (own.max(grown.max(0.0).powi(8)), seen)
             }
             Err(Unbalanced) => (f64::INFINITY, None),
         };
         let coarse = error > 1.0;
-        if coarse && order != Order::Eighth && steps.adapt {
-            steps.spans[number].nodes[index].order = Order::Eighth;
+        if coarse && order != Order::Eighth && free {
+            full = true;
+            if let Some(node) = steps.spans[number].nodes.get_mut(index) {
+                node.order = Order::Eighth;
+            }
             continue;
         }
         let shorter = (end - done) * (0.9 * error.powf(-1.0 / 8.0)).clamp(0.1, 0.7);
-        if coarse && (kept.is_none() || steps.adapt) {
+        if coarse && free {
             if shorter < SHORTEST || steps.count() > most {
                 return Err(Lost::Steps);
             }
@@ -455,14 +487,9 @@ fn try_march<S: Number>(
             own.nodes.push(Node::default());
         }
         share = (end - done) * (0.9 * error.max(1e-12).powf(-1.0 / 8.0)).min(5.0);
-        begun = false;
+        (begun, full) = (false, false);
         if end >= goal {
-            let node = &mut steps.spans[number].nodes[index];
-            node.error = error;
-            if let Some(seen) = seen {
-                node.order = Order::Eighth;
-                node.seen = seen.after(&node.seen);
-            }
+            steps.note(number, index, order, error, seen.unwrap_or(before));
             if end < 1.0 {
                 steps.meet(flow, walk, number, index);
             }
