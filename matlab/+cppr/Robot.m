@@ -106,7 +106,9 @@ classdef Robot < handle
         %   'margin'      false leaves the margin to instability out; default true
         %   'error'       false leaves the error of the modes out, which takes milliseconds; default true, false where 'warm' is true
         %   'planar', 'stretch', 'printed', 'relative_angle'   true or false; default false
-        %   'refine'      modes and nodes multiplied, 1 to 8; 'tolerance' of the residual, 1e-11
+        %   'refine'      modes and nodes multiplied, 1 to 8, or 0.375, 0.5 or 0.75 (see fewestModes); 'tolerance' of the residual, 1e-11
+        %   'loop_tolerance'   of a robot of parts and joints: error that a step of its integration may make where 'warm' is true, as a part of the length, at most
+        %                 1e-4. 1e-6 takes up to half the time of the default, 1e-8
         %   'accuracy'    error of the tip that is accepted, as a part of the length: where the modes exceed it, twice or four times as many are taken, and
         %                 kept by solves with 'warm' that ask for the same. Default 1e-4; 0, which takes the modes as they are, where 'warm' is true, where
         %                 'error' is false and where 'refine' or 'planar' choose the modes
@@ -125,7 +127,7 @@ classdef Robot < handle
         %     above 1e-4 of the length the warning cppr:error says so
         %     length of the centreline (m), shape: see help cppr.Robot.shape
         %   A robot of parts and joints has no modes: elastic_energy, margin and residual are NaN, error is that of its integration, and of the options it
-        %   takes 'stretch' alone.
+        %   takes 'stretch' and 'loop_tolerance' alone.
         %   Derivatives are NaN at a fold. Without an equilibrium the error cppr:noEquilibrium says why.
             [asked, options] = robot.read(varargin, {'warm', 'sections', 'margin', 'error'});
             options = cppr.Robot.defaults(options, struct('warm', false, 'sections', 51, 'margin', true, 'error', []));
@@ -242,6 +244,27 @@ classdef Robot < handle
             many = robot.run_many(asked, options);
         end
 
+        function refine = fewestModes(robot, varargin)
+        %FEWESTMODES  How many times the usual modes some poses need or bear with, as 'refine' of solve takes it: for a loop that moves between them.
+        %
+        %   refine = robot.fewestModes('pull', [0; 5e-3])
+        %   eq = robot.solve('pull', 2e-3, 'warm', true, 'refine', refine)
+        %
+        %   takes the poses of solveMany and 'accuracy', the error of a tip as a part of the length, 1e-4 unless given: 0.375, 0.5, 0.75 or 1, and 2 or 4 where more are
+        %   needed. Forces and derivatives become coarser with the tip. Takes some tens of milliseconds per pose.
+            [asked, ~] = robot.read(varargin, {});
+            n = robot.number;
+            accuracy = 1e-4;
+            given = asked.options(:, 1) == n.option_accuracy;
+            if any(given)
+                accuracy = asked.options(find(given, 1, 'last'), 2);
+            end
+            asked.options(given | asked.options(:, 1) == n.option_refine, :) = [];
+            [columns, poses] = robot.common(asked);
+            table = reshape([columns.values], poses, [])';
+            refine = cppr_mex('fewest', robot.id, accuracy, [columns.number], [columns.tube], table);
+        end
+
         function many = sweep(robot, varargin)
         %SWEEP  All combinations of the values of several inputs.
         %
@@ -342,7 +365,7 @@ classdef Robot < handle
             asked.options = zeros(0, 2);
             options = struct();
             n = robot.number;
-            settings = {'planar', 'stretch', 'printed', 'relative_angle', 'refine', 'tolerance', 'accuracy'};
+            settings = {'planar', 'stretch', 'printed', 'relative_angle', 'refine', 'tolerance', 'accuracy', 'loop_tolerance'};
             for k = 1:2:numel(pairs)
                 what = char(pairs{k});
                 value = pairs{k + 1};
@@ -412,7 +435,7 @@ classdef Robot < handle
             cppr_mex('hold', robot.id);
             n = robot.number;
             fresh = [n.option_planar 0; n.option_stretch 0; n.option_printed 0; n.option_relative_angle 0; n.option_refine 1; ...
-                     n.option_tolerance 1e-11; n.option_accuracy 0];
+                     n.option_tolerance 1e-11; n.option_accuracy 0; n.option_loop_tolerance 1e-8];
             for option = [fresh; asked.options]'
                 cppr_mex('option', robot.id, option(1), option(2));
             end
@@ -441,21 +464,30 @@ classdef Robot < handle
             end
         end
 
-        function many = run_many(robot, asked, options)
+        function [columns, poses] = common(robot, asked)
+            % Puts what many poses have in common into the solver; the inputs that vary, or one that does not where none does, and how many poses there are.
             counts = cellfun(@numel, {asked.inputs.values});
             poses = max([1, counts]);
             if any(counts ~= 1 & counts ~= poses)
                 error('cppr:argument', 'the inputs have %s values: give as many for each, or one', mat2str(unique(counts(counts > 1))));
             end
-            n = robot.number;
             varies = counts > 1;
             common = asked;
             common.inputs = asked.inputs(~varies);
             robot.command(common);
             columns = asked.inputs(varies);
             if isempty(columns)
-                columns = struct('number', n.tip_force, 'tube', 0, 'values', 0);
+                columns = struct('number', robot.number.tip_force, 'tube', 0, 'values', 0);
+                tip = [asked.inputs.number] == columns.number;
+                if any(tip)
+                    columns.values = asked.inputs(tip).values;
+                end
             end
+        end
+
+        function many = run_many(robot, asked, options)
+            [columns, poses] = robot.common(asked);
+            n = robot.number;
             switch char(options.start)
                 case 'rest'
                     start = n.start_rest;

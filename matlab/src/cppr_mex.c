@@ -15,6 +15,7 @@
  *   values                 = cppr_mex('field', id, field, labels)      one column per label
  *   values                 = cppr_mex('many', id, start, inputs, tubes, table, wanted, threads)
  *                                                                      table and values have one column per pose
+ *   refine                 = cppr_mex('fewest', id, accuracy, inputs, tubes, table)
  *
  * Texts go both ways as UTF-8 in uint8, since the two programs keep characters differently. What the library refuses becomes an error
  * cppr:argument, cppr:robot, cppr:command or cppr:internal. Robots are named by numbers, looked up here, so that a wrong one is no crash.
@@ -153,6 +154,7 @@ static mxArray *all_numbers(void) {
         {"option_printed", CPPR_OPTION_PRINTED},
         {"option_relative_angle", CPPR_OPTION_RELATIVE_ANGLE},
         {"option_accuracy", CPPR_OPTION_ACCURACY},
+        {"option_loop_tolerance", CPPR_OPTION_LOOP_TOLERANCE},
         {"code_unstable", CPPR_CODE_UNSTABLE},
         {"code_no_equilibrium", CPPR_CODE_NO_EQUILIBRIUM},
         {"start_rest", CPPR_START_REST},
@@ -271,6 +273,20 @@ static mxArray *solve_many(const cppr_solver *solver, int count, const mxArray *
     return out;
 }
 
+static mxArray *fewest_modes(cppr_solver *solver, int count, const mxArray **in) {
+    double accuracy = number(count, in, 2), refine = NAN;
+    size_t columns, tube_count, cells;
+    uint32_t *inputs = wholes(count, in, 3, &columns), *tubes = wholes(count, in, 4, &tube_count);
+    const double *table = numbers(count, in, 5, &cells);
+    require(columns > 0 && columns == tube_count && mxGetM(in[5]) == columns, "cppr_mex: inputs, tubes and table do not fit");
+    if (checked(cppr_solver_fewest_modes(solver, accuracy, cells / columns, columns, inputs, tubes, table, &refine)) == CPPR_CODE_NO_EQUILIBRIUM) {
+        mexErrMsgIdAndTxt("cppr:noEquilibrium", "%s", cppr_error_text());
+    }
+    mxFree(inputs);
+    mxFree(tubes);
+    return mxCreateDoubleScalar(refine);
+}
+
 void mexFunction(int count_out, mxArray **out, int count, const mxArray **in) {
     char task[16];
     cppr_solver *solver;
@@ -324,6 +340,8 @@ void mexFunction(int count_out, mxArray **out, int count, const mxArray **in) {
         checked(cppr_solver_get_field(solver, field, at, labels, mxGetPr(out[0]), size * labels));
     } else if (strcmp(task, "many") == 0) {
         out[0] = solve_many(solver, count, in);
+    } else if (strcmp(task, "fewest") == 0) {
+        out[0] = fewest_modes(solver, count, in);
     } else {
         require(0, "cppr_mex: there is no such task");
     }

@@ -185,6 +185,32 @@ near(getfield(deeper.solve('pull', 5e-3, 'warm', true, 'accuracy', 1e-4), 'tip_p
 near(getfield(deeper.solve('pull', 5e-3, 'warm', true), 'tip_position'), usual.tip_position, 1e-9, 'a loop that does not');
 many = deeper.solveMany('pull', [4e-3; 5e-3], 'accuracy', 1e-4);
 near(many.tip_position(2, :)', eq.tip_position, 1e-9, 'many with as many modes as they need');
+expect(deeper.fewestModes('pull', [0; 5e-3]) > 1 && deeper.fewestModes('pull', 5e-3, 'accuracy', 0.1) < 1, 'as few modes as poses need');
+
+% As few modes as a loop bears with.
+bare = cppr.Robot.fromText(sprintf(['name = "rod"\nlength_mm = 200\n[material]\nyoungs_modulus_GPa = 60\npoissons_ratio = 0.3\ndensity_kg_m3 = 6450\n' ...
+    '[[tube]]\nouter_radius_mm = 1\ninner_radius_mm = 0.8\n']));
+refine = bare.fewestModes('tip_force', [0 0.2 0; 0 0 0.2]);
+expect(refine == 0.375, 'as few modes as a rod needs');
+eq = bare.solve('tip_force', [0 0.2 0], 'refine', refine);
+whole = bare.solve('tip_force', [0 0.2 0]);
+near(eq.tip_position, whole.tip_position, 1e-4 * 0.2, 'the tip with few modes');
+expect(any(eq.tip_position ~= whole.tip_position), 'few modes are other modes');
+refuses(@() bare.solve('refine', 1.5), 'cppr:argument', 'cannot be 1.5');
+refuses(@() parts.fewestModes('pull', [0; 1e-3]), 'cppr:argument', 'no modes');
+refuses(@() bare.solve('loop_tolerance', 1e-6), 'cppr:argument', 'nothing is integrated');
+% A loop of a robot of parts integrates as coarsely as it is told.
+curve = cppr.Robot(fullfile(robots, 'bundles', 's_shape.toml'));
+ends = cell(1, 2);
+for k = 1:2
+    curve.solve('pull', 2e-3);
+    tolerance = [1e-8, 1e-6];
+    for pull = 2e-3 + 2e-5 * (1:10)
+        ends{k} = curve.solve('pull', pull, 'warm', true, 'loop_tolerance', tolerance(k));
+    end
+end
+away = norm(ends{1}.tip_position - ends{2}.tip_position);
+expect(away > 1e-10 && away < 1e-5 * curve.length, 'a loop of a robot of parts');
 
 % A figure of each kind.
 figure('visible', 'off');

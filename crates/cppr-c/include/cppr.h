@@ -193,7 +193,7 @@ typedef uint32_t cppr_field;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has the flag CPPR_OPTION_STRETCH alone, and takes the defaults of the
+// How to solve. The numbers of a flag are 0 and 1. A robot of parts and joints has CPPR_OPTION_STRETCH and CPPR_OPTION_LOOP_TOLERANCE alone, and takes the defaults of the
 // others, and any accuracy: nothing there has modes.
 enum cppr_option
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -204,7 +204,7 @@ enum cppr_option
   CPPR_OPTION_PLANAR = 1,
   // Flag: the tubes stretch. Default 0.
   CPPR_OPTION_STRETCH = 2,
-  // Modes and nodes multiplied, 1 to 8. Default 1.
+  // Modes and nodes multiplied: a whole number from 1 to 8, or 0.375, 0.5 or 0.75 for loops that need no more, see cppr_solver_fewest_modes(). Default 1.
   CPPR_OPTION_REFINE = 3,
   // Largest scaled residual at convergence, above 0 and at most 1e-6. Default 1e-11.
   CPPR_OPTION_TOLERANCE = 4,
@@ -220,6 +220,9 @@ enum cppr_option
   // which takes up to some tens of milliseconds, and cppr_solver_track() goes on with as many; cppr_solve_many() looks at eight poses and takes as many for all. What
   // is left says CPPR_VALUE_ERROR. Default 0: the modes stay as they are.
   CPPR_OPTION_ACCURACY = 9,
+  // Error that cppr_solver_track() allows in one step of the integration along a robot of parts and joints, in units of its length, above 0 and at most 1e-4: 1e-6 takes up to half the
+  // time of the default, 1e-8, and leaves the tip within 1e-5 of the length.
+  CPPR_OPTION_LOOP_TOLERANCE = 10,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -447,6 +450,21 @@ int32_t cppr_solve_many(const cppr_solver *solver,
                         double *out,
                         size_t count,
                         size_t threads);
+
+// Finds how few modes some poses bear with, for a loop that moves between them: those at the ends of what it moves through, for example. Every one, solved from rest, has its tip
+// within `accuracy` times the length with so many, and is as stable as with the usual ones; where none fewer suffice, it is 1 or, where more are needed, 2 or 4. CPPR_OPTION_REFINE
+// is set to it, and `refine` is the number. Forces and derivatives become coarser with the tip.
+//
+// Poses are given as to cppr_solve_many(). CPPR_CODE_NO_EQUILIBRIUM where no error is known, as in the formulation printed in the paper; CPPR_CODE_BAD_ARGUMENT for a robot of parts and
+// joints, which has no modes. Takes some tens of milliseconds per pose, and allocates.
+int32_t cppr_solver_fewest_modes(cppr_solver *solver,
+                                 double accuracy,
+                                 size_t poses,
+                                 size_t columns,
+                                 const uint32_t *inputs,
+                                 const uint32_t *tubes,
+                                 const double *values,
+                                 double *refine);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -37,10 +37,16 @@ pub(crate) struct Asked {
     pub settings: Settings,
     planar: bool,
     stretch: bool,
-    refine: usize,
+    refine: f64,
     /// Error of the tip that is accepted, as a part of the length; 0 takes any.
     pub accuracy: f64,
+    /// Error that a step of the integration may make in a loop.
+    pub loop_tolerance: f64,
 }
+
+/// Default of [`Asked::loop_tolerance`], and the greatest.
+pub(crate) const LOOP_TOLERANCE: f64 = 1e-8;
+const LOOSEST: f64 = 1e-4;
 
 impl Asked {
     /// Of a robot with so many actuators.
@@ -52,14 +58,22 @@ impl Asked {
             settings: Settings::default(),
             planar: false,
             stretch: false,
-            refine: 1,
+            refine: 1.0,
             accuracy: 0.0,
+            loop_tolerance: LOOP_TOLERANCE,
         }
     }
 
     /// All loads; add to them at their ends.
     pub fn loads(&mut self) -> &mut Loads {
         &mut self.command.loads
+    }
+
+    fn resolution(&self) -> Resolution {
+        let base = if self.planar { Resolution::PLANAR } else { Resolution::SPATIAL };
+        // Only factors that there are were taken.
+        let base = base.multiplied(self.refine).unwrap_or(base);
+        if self.stretch { base.with_stretch() } else { base }
     }
 
     /// Takes all loads away, those of the tip inputs too.
@@ -85,6 +99,13 @@ impl Asked {
         }
     }
 
+    /// The same with the usual number of modes.
+    pub fn usual(&self) -> Self {
+        let mut own = Self { refine: 1.0, ..self.clone() };
+        own.settings.resolution = own.resolution();
+        own
+    }
+
     /// Sets an option; false where its number cannot be. Whether the settings make sense for a robot is left to its solver.
     pub fn choose(&mut self, option: cppr_option, value: f64) -> bool {
         let count = |most: f64| {
@@ -98,12 +119,17 @@ impl Asked {
         let done = match option {
             cppr_option::Planar => into(&mut self.planar, flag()),
             cppr_option::Stretch => into(&mut self.stretch, flag()),
-            cppr_option::Refine => into(&mut self.refine, count(8.0)),
+            cppr_option::Refine => {
+                into(&mut self.refine, Resolution::SPATIAL.multiplied(value).map(|_| value))
+            }
             cppr_option::Tolerance => into(&mut own.tolerance, Some(value)),
             cppr_option::Iterations => into(&mut own.iterations, count(1e5)),
             cppr_option::SmallestStep => into(&mut own.smallest_step, Some(value)),
             cppr_option::Accuracy => {
                 into(&mut self.accuracy, Some(value).filter(|part| (0.0..=1.0).contains(part)))
+            }
+            cppr_option::LoopTolerance => {
+                into(&mut self.loop_tolerance, Some(value).filter(|own| *own > 0.0 && *own <= LOOSEST))
             }
             cppr_option::Printed => {
                 let kinds = [Formulation::Consistent, Formulation::Printed];
@@ -114,9 +140,7 @@ impl Asked {
                 into(&mut self.command.rotation_means, flag().map(|on| kinds[usize::from(on)]))
             }
         };
-        let base = if self.planar { Resolution::PLANAR } else { Resolution::SPATIAL };
-        let base = base.refined(self.refine);
-        self.settings.resolution = if self.stretch { base.with_stretch() } else { base };
+        self.settings.resolution = self.resolution();
         done
     }
 }

@@ -65,7 +65,7 @@ impl Integrated {
         let plain = if stretch { Settings::default().with_stretch() } else { Settings::default() };
         if asked.settings != plain || asked.command.rotation_means != RotationMeans::Base {
             return Err(
-                "of a robot with parts or joints only the stretch can be chosen: nothing there has modes"
+                "of a robot with parts or joints only the stretch can be chosen and the tolerance of loops: nothing there has modes"
                     .into(),
             );
         }
@@ -76,6 +76,7 @@ impl Integrated {
             self.solver = self.solver.clone().with_stretch(stretch);
             self.stretch = stretch;
         }
+        self.solver = self.solver.clone().with_loop_tolerance(asked.loop_tolerance);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The modal solver of a robot, and its last equilibrium. With `bundle`, `values` and `poses` this is all that calls the mechanics.
 
-use crate::asked::Asked;
+use crate::asked::{Asked, LOOP_TOLERANCE};
 use crate::names::{cppr_field, cppr_value};
 use crate::status::cppr_code;
 use crate::values::Reader;
@@ -33,6 +33,9 @@ impl Modal {
 
     /// Takes over new settings, or says why they cannot be.
     pub fn choose(&mut self, before: &Asked, asked: &Asked) -> Result<(), String> {
+        if asked.loop_tolerance.to_bits() != LOOP_TOLERANCE.to_bits() {
+            return Err("nothing is integrated in the loops of a robot with modes".into());
+        }
         self.solver.set_settings(asked.settings).map_err(|problem| problem.to_string())?;
         if asked.settings.resolution != before.settings.resolution {
             self.rest = self.solver.rest();
@@ -80,6 +83,15 @@ impl Modal {
             take(&mut solver, settings);
         }
         solver
+    }
+
+    /// How many times as many modes as `usual` some commands need or bear with; `None` where no error is known.
+    pub fn fewest_modes(&self, usual: &Asked, commands: &[Command], accuracy: f64) -> Option<f64> {
+        let mut solver = self.solver.clone();
+        take(&mut solver, usual.settings);
+        let found = solver.fewest_modes(commands, accuracy);
+        (found.known > 0).then_some(())?;
+        found.settings.resolution.multiple_of(usual.settings.resolution)
     }
 
     /// Writes a value of the last solve; false where there is none.

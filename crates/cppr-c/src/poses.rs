@@ -2,13 +2,14 @@
 
 use crate::asked::{Asked, place, put};
 use crate::bundle_poses;
+use crate::modal::Modal;
 use crate::model::Model;
 use crate::names::{cppr_input, cppr_value};
 use crate::session::{Refused, Work};
 use crate::values::{Reader, size};
 use cppr::analysis::Sensitivity;
 use cppr::many::{Solved, Start};
-use cppr::solve::Command;
+use cppr::solve::{Command, CommandProblem};
 use cppr_sweep::{Memory, Poses};
 use std::ops::ControlFlow;
 
@@ -49,12 +50,28 @@ impl<'a> Varied<'a> {
         let last = poses.saturating_sub(1);
         let mut places: Vec<usize> = (0..LOOKED_AT).map(|i| last * i / (LOOKED_AT - 1)).collect();
         places.dedup();
-        let command = |pose| {
-            let mut command = base.clone();
-            self.put(pose, &mut command);
-            command
-        };
-        places.into_iter().map(command).collect()
+        places.into_iter().map(|pose| self.command(base, pose)).collect()
+    }
+
+    /// That of one pose.
+    fn command(&self, base: &Command, pose: usize) -> Command {
+        let mut command = base.clone();
+        self.put(pose, &mut command);
+        command
+    }
+
+    /// All of so many poses, checked; the pose and the problem of one that cannot be asked.
+    pub fn commands(
+        &self,
+        own: &Modal,
+        base: &Command,
+        poses: usize,
+    ) -> Result<Vec<Command>, (usize, CommandProblem)> {
+        let each = (0..poses).map(|pose| {
+            let command = self.command(base, pose);
+            own.solver.check(&command).map(|()| command).map_err(|problem| (pose, problem))
+        });
+        each.collect()
     }
 
     pub fn put(&self, pose: usize, command: &mut Command) {

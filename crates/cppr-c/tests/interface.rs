@@ -13,7 +13,7 @@ use cppr::bundle::solve::{BundleSolver, load_behind_plate};
 use cppr::kinematics::TipPose;
 use cppr::solve::{Actuator, Command, Drive, Solver};
 use cppr::statics::{Loads, Wrench};
-use cppr_c::many::cppr_solve_many;
+use cppr_c::many::{cppr_solve_many, cppr_solver_fewest_modes};
 use cppr_c::robot::*;
 use cppr_c::solver::*;
 use cppr_c::status::{CPPR_ABI, cppr_abi, cppr_code, cppr_error_text, cppr_version};
@@ -27,6 +27,12 @@ fn text(pointer: *const c_char) -> String {
     assert!(!pointer.is_null());
     // SAFETY: texts of the library end with 0.
     unsafe { CStr::from_ptr(pointer) }.to_str().unwrap().to_owned()
+}
+
+/// A call was refused with a code, for a reason.
+fn refused(code: i32, wanted: cppr_code, part: &str) {
+    assert_eq!(code, wanted as i32, "{part}");
+    assert!(text(cppr_error_text()).contains(part), "{}: not {part}", text(cppr_error_text()));
 }
 
 /// A robot and a solver, freed at the end.
@@ -248,10 +254,6 @@ fn values_of_parts_are_those_of_the_library() {
 #[test]
 fn a_robot_of_parts_is_followed_and_refuses() {
     let held = Held::open(c"../../robots/bundles/two_sections.toml");
-    let refused = |code: i32, wanted: cppr_code, part: &str| {
-        assert_eq!(code, wanted as i32, "{part}");
-        assert!(text(cppr_error_text()).contains(part), "{}: not {part}", text(cppr_error_text()));
-    };
     for step in 1..=5 {
         held.set(cppr_input::Pull, 2, 5e-4 * f64::from(step));
         // SAFETY: the solver lives.
@@ -516,6 +518,101 @@ fn options_change_how_it_is_solved() {
     }
 }
 
+/// As few modes as poses bear with are an option of what follows; robots of parts have none.
+#[test]
+fn loops_take_as_few_modes_as_they_need() {
+    let held = Held::open(c"../../robots/r3.toml");
+    let (inputs, tubes, pulls) = ([cppr_input::Pull as u32], [2], [0.0, 4e-3]);
+    let fewest = |solver, accuracy: f64, values: &[f64; 2]| {
+        let mut refine = f64::NAN;
+        // SAFETY: the solver lives, the arrays have the sizes given.
+        let code = unsafe {
+            cppr_solver_fewest_modes(
+                solver,
+                accuracy,
+                2,
+                1,
+                inputs.as_ptr(),
+                tubes.as_ptr(),
+                values.as_ptr(),
+                &raw mut refine,
+            )
+        };
+        (code, refine)
+    };
+    let robot = cppr_io::read_robot("../../robots/r3.toml").unwrap();
+    let commands = pulls.map(|pull| Command::pull(&[pull]));
+    let mut solver = Solver::new(&robot);
+    let usual = solver.settings().resolution;
+    let mut met = Vec::new();
+    for accuracy in [1e-2, 1e-5, 1e-9] {
+        let found = solver.fewest_modes(&commands, accuracy).settings;
+        let (code, refine) = fewest(held.solver, accuracy, &pulls);
+        assert_eq!((code, found.resolution), (OK, usual.multiplied(refine).unwrap()), "{accuracy}");
+        held.set(cppr_input::Pull, 2, pulls[1]);
+        assert_eq!(held.solve(), OK);
+        let mut own = Solver::with_settings(&robot, found).unwrap();
+        let tip = own.solve(&commands[1]).unwrap().tip().centre;
+        assert!(held.get(cppr_value::TipPosition).iter().zip(&tip).all(|(a, b)| (a - b).abs() < 1e-12));
+        met.push(refine);
+    }
+    assert!(met[0] < 1.0 && met[2] > 1.0, "{met:?}");
+    for (accuracy, pull, code, part) in
+        [(0.0, 1e-3, cppr_code::BadArgument, "above 0"), (1e-4, f64::NAN, cppr_code::BadCommand, "pose 1")]
+    {
+        refused(fewest(held.solver, accuracy, &[0.0, pull]).0, code, part);
+    }
+    let parts = Held::open(c"../../robots/bundles/two_sections.toml");
+    refused(fewest(parts.solver, 1e-4, &pulls).0, cppr_code::BadArgument, "has no modes");
+}
+
+/// A loop of a robot of parts integrates as coarsely as it is told.
+#[test]
+fn loops_of_parts_have_a_tolerance() {
+    let tracked = |tolerance: f64| {
+        let held = Held::open(c"../../robots/bundles/s_shape.toml");
+        let option = cppr_option::LoopTolerance as u32;
+        // SAFETY: the solver lives.
+        assert_eq!(unsafe { cppr_solver_set_option(held.solver, option, tolerance) }, OK);
+        held.set(cppr_input::Pull, 2, 2e-3);
+        assert_eq!(held.solve(), OK);
+        for step in 1..=10 {
+            held.set(cppr_input::Pull, 2, 2e-3 + 5e-5 * f64::from(step));
+            // SAFETY: the solver lives.
+            assert_eq!(unsafe { cppr_solver_track(held.solver) }, OK);
+        }
+        held.get(cppr_value::TipPosition)
+    };
+    let own = |tolerance: f64| {
+        let design = cppr_io::read_bundle("../../robots/bundles/s_shape.toml").unwrap();
+        let bundle = Bundle::new(&design).unwrap();
+        let mut solver = BundleSolver::new(&bundle).with_loop_tolerance(tolerance);
+        let mut command = solver.held();
+        command.drives[1].translation = Drive::Motion(2e-3);
+        let mut found = solver.solve(&command);
+        for step in 1..=10 {
+            command.drives[1].translation = Drive::Motion(2e-3 + 5e-5 * f64::from(step));
+            solver.solve_into(&command, &mut found);
+        }
+        found.tip
+    };
+    let [fine, coarse] = [1e-8, 1e-5].map(tracked);
+    assert!(fine != coarse, "{fine:?}");
+    assert!(
+        fine.iter().zip(&own(1e-8)).chain(coarse.iter().zip(&own(1e-5))).all(|(a, b)| (a - b).abs() < 1e-13)
+    );
+    let modal = Held::open(c"../../robots/r3.toml");
+    for (held, value, part) in [
+        (&modal, 1e-6, "nothing is integrated"),
+        (&modal, 0.0, "cannot be 0"),
+        (&modal, 1e-3, "cannot be 0.001"),
+    ] {
+        // SAFETY: the solver lives.
+        let code = unsafe { cppr_solver_set_option(held.solver, cppr_option::LoopTolerance as u32, value) };
+        refused(code, cppr_code::BadArgument, part);
+    }
+}
+
 /// A table with steps is integrated, and what says so is that of the program; the right tip is that of its tests.
 #[test]
 fn sudden_changes_are_integrated_and_modes_can_be_kept() {
@@ -618,10 +715,6 @@ fn as_many_modes_are_taken_as_the_accuracy_needs() {
 fn what_is_wrong_is_said() {
     // SAFETY: null pointers are what is tested; all others live and have the sizes given.
     unsafe {
-        let refused = |code: i32, wanted: cppr_code, part: &str| {
-            assert_eq!(code, wanted as i32, "{part}");
-            assert!(text(cppr_error_text()).contains(part), "{}: not {part}", text(cppr_error_text()));
-        };
         assert_eq!((cppr_abi(), text(cppr_version()).as_str()), (CPPR_ABI, env!("CARGO_PKG_VERSION")));
         assert!(cppr_robot_from_file(null()).is_null());
         assert!(cppr_robot_from_file(c"no such file".as_ptr()).is_null());

@@ -27,6 +27,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most sections of one shape.
 const MOST: f64 = 1e5;
+/// Greatest error that a step of the integration may make in a loop.
+const LOOSEST: f64 = 1e-4;
 
 /// A checked robot of parts and joints. Immutable.
 #[pyclass(frozen, module = "cppr")]
@@ -134,7 +136,7 @@ impl Bundle {
     }
 
     /// The equilibrium under a command.
-    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, stretch = false))]
+    #[pyo3(signature = (pull = None, rotate = None, tension = None, torque = None, *, tip_force = None, tip_moment = None, loads = None, start = None, stretch = false, loop_tolerance = None))]
     fn solve(
         &self,
         py: Python<'_>,
@@ -147,7 +149,20 @@ impl Bundle {
         loads: Option<Bound<'_, PyAny>>,
         start: Option<PyRef<'_, BundleEquilibrium>>,
         stretch: bool,
+        loop_tolerance: Option<f64>,
     ) -> PyResult<BundleEquilibrium> {
+        let wrong = match loop_tolerance {
+            Some(_) if start.is_none() => {
+                Some("loop_tolerance is of a step from another equilibrium: give start".to_owned())
+            }
+            Some(own) if !(own > 0.0 && own <= LOOSEST) => {
+                Some(format!("loop_tolerance is {own}; it must be above 0 and at most {LOOSEST:e}"))
+            }
+            _ => None,
+        };
+        if let Some(text) = wrong {
+            return Err(PyValueError::new_err(text));
+        }
         let mut drives = vec![TubeDrive::HELD; self.design.tubes.len()];
         put(py, &mut drives, &[pull, rotate, tension, torque])?;
         let all = read_loads(tip_force.as_ref(), tip_moment.as_ref(), loads.as_ref())?;
@@ -163,9 +178,14 @@ impl Bundle {
         self.check(py, &command, stretch)?;
         let found = py.detach(|| {
             let mut solver = BundleSolver::new(&self.bundle).with_stretch(stretch);
-            match start {
-                None => solver.solve(&command),
-                Some(start) => solver.solve_from(&command, start),
+            match (start, loop_tolerance) {
+                (None, _) => solver.solve(&command),
+                (Some(start), None) => solver.solve_from(&command, start),
+                (Some(start), Some(tolerance)) => {
+                    let mut found = start.clone();
+                    solver.with_loop_tolerance(tolerance).solve_into(&command, &mut found);
+                    found
+                }
             }
         });
         if !found.converged {

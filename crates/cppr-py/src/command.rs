@@ -226,13 +226,19 @@ pub fn settings(value: Option<&Bound<'_, PyAny>>) -> PyResult<(Settings, Rotatio
         Err(PyValueError::new_err(format!("{name} of the settings is {number}; it must lie between 0 and 1")))
     };
     let base = if flag("planar")? { Resolution::PLANAR } else { Resolution::SPATIAL };
+    let refine = number("refine of the settings", &get("refine")?)?;
+    let resolution = base.multiplied(refine).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "refine of the settings is {refine}; it must be from 1 to 8 and whole, or 0.375, 0.5 or 0.75"
+        ))
+    })?;
     let formulation = match pick("formulation", &get("formulation")?, &["consistent", "printed"])? {
         0 => Formulation::Consistent,
         _ => Formulation::Printed,
     };
     let settings = Settings {
         formulation,
-        resolution: base.refined(count("refine", 8)?),
+        resolution,
         tolerance: positive("tolerance")?,
         iterations: count("iterations", 100_000)?,
         smallest_step: positive("smallest_step")?,

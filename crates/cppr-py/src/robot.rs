@@ -4,12 +4,13 @@ use crate::arrays::{line, unmasked};
 use crate::command::Asked;
 use crate::design::{self, Reader};
 use crate::equilibrium::Equilibrium;
+use crate::watch::stoppable;
 use crate::{errors, rubbing, stored};
 use cppr::analysis::ACCURACY;
 use cppr::analysis::explained;
 use cppr::bundle::Friction;
 use cppr::design::{BelowPlate, RobotDesign, TubeDesign};
-use cppr::solve::{SettingsProblem, Solver, Status};
+use cppr::solve::{Command, SettingsProblem, Solver, Status};
 use cppr_io::{robot_file, robot_text, sudden_changes};
 use cppr_sweep::Memory;
 use pyo3::exceptions::PyValueError;
@@ -200,6 +201,73 @@ impl Robot {
         };
         fields.set_item("depth", line(py, x.iter().map(|&x| depth(x))))?;
         Ok(fields)
+    }
+
+    /// How many times as many modes as usual some commands need, or bear with.
+    #[pyo3(signature = (commands, accuracy = ACCURACY, settings = None), text_signature = "($self, commands, accuracy=0.0001, settings=None)")]
+    fn fewest_modes<'py>(
+        &self,
+        py: Python<'py>,
+        commands: Vec<Bound<'py, PyDict>>,
+        accuracy: f64,
+        settings: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if !(accuracy > 0.0 && accuracy <= 1.0) {
+            let text =
+                format!("accuracy is {accuracy}; it is a part of the robot's length above 0 and up to 1");
+            return Err(PyValueError::new_err(text));
+        }
+        let module = py.import("cppr._design")?;
+        let settings = settings.map_or_else(|| module.getattr("Settings")?.call0(), Ok)?;
+        let with = |refine: f64| -> PyResult<Bound<'py, PyAny>> {
+            let changes = PyDict::new(py);
+            changes.set_item("refine", refine)?;
+            py.import("dataclasses")?.getattr("replace")?.call((&settings,), Some(&changes))
+        };
+        let usual = with(1.0)?;
+        let (resolved, _) = crate::command::settings(Some(&usual))?;
+        let read = |own: &Bound<'py, PyDict>| -> PyResult<Command> {
+            let known = ["pull", "rotate", "tension", "torque", "tip_force", "tip_moment", "loads"];
+            for key in own.keys() {
+                let key: String = key.extract()?;
+                if !known.contains(&key.as_str()) {
+                    let text = format!("a command says {}; it has no {key}", known.join(", "));
+                    return Err(PyValueError::new_err(text));
+                }
+            }
+            let given = known.iter().map(|key| own.get_item(key)).collect::<PyResult<Vec<_>>>()?;
+            let get = |index: usize| given[index].as_ref();
+            let asked = Asked {
+                drives: [get(0), get(1), get(2), get(3)],
+                tip_force: get(4),
+                tip_moment: get(5),
+                loads: get(6),
+                settings: Some(&usual),
+            };
+            Ok(asked.read(&self.shared.robot)?.0)
+        };
+        let commands = commands.iter().map(read).collect::<PyResult<Vec<_>>>()?;
+        let found = stoppable(py, |stop| {
+            self.shared.with(|solver| {
+                solver.set_settings(resolved)?;
+                for command in &commands {
+                    if let Err(problem) = solver.check(command) {
+                        return Ok(Err(problem));
+                    }
+                }
+                solver.stop_by(Some(Arc::clone(stop)));
+                let found = solver.fewest_modes(&commands, accuracy);
+                solver.stop_by(None);
+                Ok(Ok(found))
+            })
+        })?;
+        let found = found.map_err(|problem: SettingsProblem| errors::command(py, problem))?;
+        let found = found.map_err(|problem| errors::command(py, problem))?;
+        if found.known == 0 {
+            let text = "no command has an equilibrium whose discretisation error is known, which the printed formulation never has";
+            return Err(errors::error(py, "NoEquilibrium", text));
+        }
+        with(found.settings.resolution.multiple_of(resolved.resolution).unwrap_or(1.0))
     }
 
     /// The equilibrium under a command.

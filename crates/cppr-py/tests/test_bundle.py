@@ -435,3 +435,24 @@ def test_sudden_changes_are_said_with_the_line_that_follows_them(tmp_path: Path)
         modes = swept(margin=True)
     assert not any("the sweep integrates" in str(one.message) for one in told)
     assert "tube1_tension_N" not in modes and 0 < float(modes["margin_to_instability"]) < 1
+
+
+def test_a_loop_has_a_tolerance() -> None:
+    robot = uncut_ends()
+    eq = robot.solve(pull=1e-3)
+
+    def loop(tolerance: float) -> cppr.BundleEquilibrium:
+        own = eq
+        for pull in 1e-3 + 2e-5 * np.arange(1, 11):
+            own = robot.solve(pull=pull, start=own, loop_tolerance=tolerance)
+        return own
+
+    fine, coarse = loop(1e-8), loop(1e-5)
+    whole = robot.solve(pull=1.2e-3)
+    assert np.linalg.norm(fine.tip_position - whole.tip_position) < 1e-6 * robot.length
+    assert 0 < np.linalg.norm(coarse.tip_position - fine.tip_position) < 1e-4 * robot.length
+    with pytest.raises(ValueError, match="give start"):
+        robot.solve(pull=1e-3, loop_tolerance=1e-6)
+    for wrong in (0.0, 1e-3, float("nan")):
+        with pytest.raises(ValueError, match="at most 1e-4"):
+            robot.solve(pull=1e-3, start=eq, loop_tolerance=wrong)

@@ -39,7 +39,7 @@ COMMANDS: list[tuple[Call, type[Exception], str]] = [
     (lambda r: r.solve(loads=[cppr.Wrench((0, 1, 0), at=0.2)]), cppr.CommandError, "200.000 mm, but"),
     (lambda r: r.solve(loads=[cppr.Wrench((0, 1, 0), frame="tip")]), ValueError, '"base" or "section"'),
     (lambda r: r.solve(settings={"planar": True}), TypeError, "settings must be a Settings, not dict"),
-    (lambda r: r.solve(settings=cppr.Settings(refine=0)), ValueError, "refine .* must be from 1 to 8"),
+    (lambda r: r.solve(settings=cppr.Settings(refine=0)), ValueError, "refine .* must be from 1 to 8 and whole"),
     (lambda r: r.solve(settings=cppr.Settings(formulation="paper")), ValueError, '"consistent" or "printed"'),
     (lambda r: r.solve(tip_force=(0, 0, 1), settings=cppr.Settings(planar=True)), cppr.CommandError, "plane"),
     (lambda r: r.solve(start=3), TypeError, "Equilibrium"),

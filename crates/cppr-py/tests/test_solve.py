@@ -156,3 +156,23 @@ def test_accuracy_is_told_and_adapts(r3: cppr.Robot) -> None:
     for wrong in (0.0, -1.0, 2.0, float("nan")):
         with pytest.raises(ValueError, match="part of the robot's length"):
             r3.solve(pull=4e-3, accuracy=wrong)
+
+
+def test_few_modes_for_a_loop(r3: cppr.Robot) -> None:
+    ends = [{"pull": 0.0}, {"pull": 4e-3, "tip_force": (0.0, 0.0, 0.02)}]
+    few = r3.fewest_modes(ends, accuracy=1e-2)
+    assert few.refine < 1 < r3.fewest_modes(ends, accuracy=1e-9).refine
+    usual, coarse = (r3.solve(**ends[1], settings=own, accuracy=None) for own in (None, few))
+    assert 0 < np.linalg.norm(usual.tip_position - coarse.tip_position) < 1e-2 * r3.length
+    kept = r3.fewest_modes(ends, settings=cppr.Settings(stretch=True, refine=4))
+    assert kept.stretch and kept.refine <= 1
+    for wrong, error, said in [
+        ({"accuracy": 0.0}, ValueError, "above 0"),
+        ({"settings": cppr.Settings(formulation="printed")}, cppr.NoEquilibrium, "printed"),
+    ]:
+        with pytest.raises(error, match=said):
+            r3.fewest_modes(ends, **wrong)
+    with pytest.raises(ValueError, match="it has no push"):
+        r3.fewest_modes([{"push": 1e-3}])
+    with pytest.raises(cppr.CommandError):
+        r3.fewest_modes([{"pull": float("nan")}])

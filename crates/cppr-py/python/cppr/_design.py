@@ -129,8 +129,8 @@ class Settings:
     """Five modes, nothing leaves the X-Y plane: fast, and blind to lateral instability."""
     stretch: bool = False
     """Let the tubes stretch."""
-    refine: int = 1
-    """Multiplies modes and nodes (1 to 8), to see whether an answer stays."""
+    refine: float = 1
+    """Multiplies modes and nodes (1 to 8), to see whether an answer stays; 0.375, 0.5 or 0.75 for loops that need no more (`Robot.fewest_modes`)."""
     formulation: Literal["consistent", "printed"] = "consistent"
     """Stationary total energy, or the paper's projection of wrenches, for comparison."""
     relative_angle: bool = False

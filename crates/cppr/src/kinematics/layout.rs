@@ -98,6 +98,25 @@ impl Resolution {
         }
     }
 
+    /// Modes and nodes multiplied by a whole number from 1 to [`Self::FINEST_REFINEMENT`], or by 3/8, 1/2 or 3/4 and rounded up, as
+    /// [`crate::solve::Solver::fewest_modes`] tries them; `None` for any other factor.
+    #[must_use]
+    pub fn multiplied(self, factor: f64) -> Option<Self> {
+        Self::factors().find(|own| (own.1 - factor).abs() <= 0.0).map(|own| self.eighths(own.0))
+    }
+
+    /// The factor with which [`Self::multiplied`] makes this of another; `None` where there is none.
+    #[must_use]
+    pub fn multiple_of(self, other: Self) -> Option<f64> {
+        Self::factors().find(|own| other.eighths(own.0) == self).map(|own| own.1)
+    }
+
+    /// Those of [`Self::multiplied`], in eighths as well.
+    fn factors() -> impl Iterator<Item = (usize, f64)> {
+        let eighths = [3, 4, 6].into_iter().chain((1..=Self::FINEST_REFINEMENT).map(|own| 8 * own));
+        eighths.map(|own| (own, 0.125 * own as f64))
+    }
+
     /// The resolution of an element that takes only a small part of the length.
     fn short(self) -> Self {
         let few = |modes: usize| modes.div_ceil(2);
