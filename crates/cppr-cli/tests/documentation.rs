@@ -89,6 +89,25 @@ fn every_command_of_the_documentation_works() {
     assert!(seen >= 17, "only {seen} commands found");
 }
 
+/// What the README says that its first command prints, up to what depends on the machine.
+#[test]
+fn the_readme_shows_what_is_printed() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let mut lines = readme.lines();
+    let command = lines.find_map(|line| line.strip_prefix("    cargo run --release -- ")).unwrap();
+    let shown =
+        lines.skip_while(|line| *line != "prints").skip(2).map_while(|line| line.strip_prefix("    "));
+    let shown: Vec<&str> = shown.collect();
+    let folder = tempfile::tempdir().unwrap();
+    let output = cppr_in(folder.path(), &command.split_whitespace().collect::<Vec<_>>());
+    let printed = text(&output.stdout);
+    let (last, first) = shown.split_last().unwrap();
+    assert!(last.trim() == "..." && first.len() > 9, "{shown:?}");
+    assert_eq!(printed.lines().take(first.len()).collect::<Vec<_>>(), first);
+    let rest: Vec<&str> = printed.lines().skip(first.len()).map(str::trim).collect();
+    assert!(rest.len() == 1 && rest[0].starts_with("cost"), "{rest:?}");
+}
+
 #[test]
 fn every_output_has_a_short_form() {
     let helps = tasks().into_iter().filter(|task| !task.is_empty()).map(|task| {
