@@ -1,11 +1,12 @@
-//! The text of a robot file that reads back as a given design: the inverse of [`crate::robot_file::parse`].
+//! The text of a robot file that reads back as a given design: the inverse of [`crate::robot_file::parse`], and of [`crate::bundle_file::parse`] where metal softens or
+//! teeth meet.
 //!
 //! Radii are written as diameters, which is what a caliper shows. Numbers are the shortest ones that read back to the same SI
 //! value, or to its neighbour where none does.
 
+use crate::bundle_file;
 use crate::problems::Problems;
 use crate::quantity::{self, Unit};
-use crate::robot_file;
 use cppr::bundle::Friction;
 use cppr::design::{
     BelowPlate, Branch, CellTable, Cut, Made, Material, NotchPattern, NotchedTube, Outline, Profile,
@@ -54,7 +55,7 @@ pub fn write(design: &RobotDesign, friction: Option<Friction>) -> Result<String,
             TubeDesign::Stiffness(tube) => stiffness(tube, *length, own_factor),
         };
     }
-    robot_file::parse(&text).map(|_| text)
+    bundle_file::parse_either(&text).map(|_| text)
 }
 
 fn material_of(tube: &TubeDesign) -> Option<&Material> {
@@ -90,6 +91,8 @@ fn material_table(header: &str, material: &Material) -> String {
             let Branch { onset, modulus, unloading_onset } = branch;
             let _ = writeln!(text, "{side}onset_strain_percent = {}", number(onset, quantity::PERCENT, 1.0));
             let _ = writeln!(text, "{side}second_modulus_GPa = {}", number(modulus, quantity::GPA, 1.0));
+            // Compression that does not say it would unload as tension does.
+            let unloading_onset = unloading_onset.or(tension.unloading_onset.map(|_| onset));
             if let Some(strain) = unloading_onset {
                 let strain = number(strain, quantity::PERCENT, 1.0);
                 let _ = writeln!(text, "{side}unloading_onset_strain_percent = {strain}");

@@ -3,8 +3,8 @@
 
 use cppr::bundle::Friction;
 use cppr::design::{
-    BelowPlate, Material, NotchedTube, Outline, Profile, Robot, StiffnessTube, TeethStiffness, Torsion,
-    TubeDesign,
+    BelowPlate, Branch, Material, NotchedTube, Outline, Profile, Robot, Softening, StiffnessTube,
+    TeethStiffness, Torsion, TubeDesign,
 };
 use cppr_io::{NotchPattern, RobotFile, bundle_file, robot_file, robot_text};
 use std::f64::consts::PI;
@@ -375,6 +375,36 @@ fn friction_is_read_and_refused() {
         }
     }
     assert_eq!(shipped("r1.toml").friction, None);
+}
+
+/// What only bundles have is written too: metal that softens, one tube's or that of all, and teeth that meet.
+#[test]
+fn softening_and_contact_are_written() {
+    for both in [false, true] {
+        let mut design = shipped("r1.toml").design;
+        for tube in design.tubes.iter_mut().take(1 + usize::from(both)) {
+            let TubeDesign::Notched(tube) = tube else { panic!() };
+            let branch = Branch { onset: 0.011, modulus: 1.7e9, unloading_onset: Some(0.004) };
+            let compression = Branch { onset: 0.0125, modulus: 2.1e9, unloading_onset: None };
+            tube.material.softening = Some(Softening { tension: branch, compression });
+            tube.contact = true;
+        }
+        let text = robot_text::write(&design, None).unwrap();
+        let said = robot_file::parse(&text).unwrap_err().to_string();
+        assert!(said.contains("metal that softens"), "{said}");
+        let again = bundle_file::parse_either(&text).unwrap().into_bundle();
+        for (own, made) in again.tubes.iter().zip(&design.tubes) {
+            let (TubeDesign::Notched(own), TubeDesign::Notched(made)) = (&own.parts[0].body, made) else {
+                panic!()
+            };
+            let mut material = made.material;
+            if let Some(softening) = &mut material.softening {
+                // Metal that unloads from where it softened unloads as it loads.
+                softening.compression.unloading_onset = Some(softening.compression.onset);
+            }
+            assert_eq!((own.material, own.contact), (material, made.contact), "{text}");
+        }
+    }
 }
 
 #[test]
