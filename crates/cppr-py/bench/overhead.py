@@ -70,6 +70,22 @@ def few(robot: cppr.Robot, settings: cppr.Settings | None, turns: int) -> tuple[
     return rust, ours
 
 
+def of_bundle(bundle: cppr.Bundle, turns: int) -> tuple[float, float, float]:
+    """Smallest cost per pose (s) on one thread: one by one, in one call from rest, and in one call each from the pose before it, turn about."""
+    pulls = np.linspace(0.5e-3, 2e-3, 100)
+
+    def one_by_one() -> None:
+        for pull in pulls:
+            bundle.solve(pull=pull)
+
+    def in_one_call(warm: bool) -> None:
+        assert bundle.solve_many(pull=pulls, warm=warm, threads=1).stable.all()
+
+    calls = (one_by_one, lambda: in_one_call(False), lambda: in_one_call(True))
+    one, rest, near = (min(side) / len(pulls) for side in zip(*([seconds(c) for c in calls] for _ in range(turns))))
+    return one, rest, near
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--turns", type=int, default=100)
@@ -89,6 +105,13 @@ def main() -> None:
         )
         ratio = side_by_side(robot, settings, max(3, turns // 10))
         print(f"solve_many in {name}: {ratio:.1f} times the throughput of single solves in Rust, on one thread")
+    for name in ("concentric3", "two_sections", "s_shape", "uncut_ends"):
+        bundle = cppr.Bundle.from_toml(f"robots/bundles/{name}.toml")
+        one, rest, near = of_bundle(bundle, max(3, turns // 10))
+        print(
+            f"poses of {name}: one by one {one * 1e6:.0f} us, solve_many from rest {rest * 1e6:.0f} us, "
+            f"from the pose before {near * 1e6:.0f} us"
+        )
 
 
 if __name__ == "__main__":

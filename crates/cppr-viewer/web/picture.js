@@ -19,6 +19,9 @@ const [robot, bundle] = process.argv.slice(2);
 await picture("robots/r1.toml", robot, async (page) => {
   await page.getByRole("slider", { name: "Pull (mm)" }).fill("-6");
   await page.getByRole("slider", { name: "Turn (°)" }).fill("60");
+  await page.getByRole("spinbutton", { name: "μ" }).fill("0.2");
+  await page.getByLabel("Plotted quantity").last().selectOption("contact");
+  await page.waitForFunction(() => cppr.plots.pressed.pose && !cppr.plots.pressed.stale);
 });
 await picture("robots/bundles/hybrid.toml", bundle, async (page) => {
   const control = (tube, name) => page.getByRole("group", { name: `Tube ${tube}`, exact: true }).getByRole("spinbutton", { name });
