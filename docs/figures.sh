@@ -11,6 +11,7 @@ cppr solve examples/mine.toml --pull 1mm --rotate 20deg --plot $figures/mine.svg
 cppr solve robots/bundles/s_shape.toml --pull 5mm --contact --plot $figures/contact.svg
 cppr solve robots/r1.toml --pull 6mm --clearance radii --plot $figures/gaps.svg
 cppr solve robots/helicoid.toml --pull 8mm --clearance radii --plot $figures/winding.svg
+cppr solve robots/bundles/s_shape.toml --pull 5mm --clearance 0.3mm --plot $figures/gaps_s.svg
 cppr cycle robots/r1.toml --pull 0..7..-7..7mm --friction 0.2 --plot $figures/loop.svg
 cppr limits robots/r4.toml --pull -4mm --plot $figures/limits.svg
 for wrist in wrist150 wrist90; do

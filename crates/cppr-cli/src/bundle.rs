@@ -52,13 +52,9 @@ pub fn run(
         Vec::new()
     };
     let touch = if found.converged {
-        if args.guide_gap.is_some() {
-            return Err(Failure::Input(
-                "--guide-gap: play in the guide is solved for in robots without parts and joints".into(),
-            ));
-        }
         let touch = Touch::of(solver, &found, friction, args.contact)?;
-        let gapped = args.clearance.map(|gap| Gapped::of_bundle(solver, &found, design.gaps(), gap));
+        let of = |gap| Gapped::of_bundle(solver, &found, design.gaps(), gap, args.guide());
+        let gapped = args.clearance.map(of);
         Touch { gapped: gapped.transpose()?, ..touch }
     } else {
         Touch::default()
@@ -83,7 +79,7 @@ pub fn run(
     outputs.draw(|| {
         let beside = unloading.as_ref().map(|own| ("unloading", own.shape(found.length / SMOOTH)));
         let mut figure = figure(&mut analysis, &found, None, beside)?;
-        figure.panels.extend(touch.panels());
+        touch.draw(&mut figure);
         Ok(figure)
     })?;
     let aside = [touch.lines(), unloading.as_ref().map_or(Vec::new(), Unloading::lines)].concat();

@@ -130,6 +130,16 @@ pub enum Gapped {
     Estimated(Box<Play>, String),
 }
 
+/// Gaps and play that are asked for.
+fn clearance(gap: Gap, known: Vec<Option<f64>>, guide: Option<Guide>) -> Result<Clearance, Failure> {
+    let own = Clearance::known(&gap.between(known)).map_err(|problem| wrong(&problem))?;
+    Ok(Clearance { guide, ..own })
+}
+
+fn wrong(problem: &ClearanceProblem) -> Failure {
+    Failure::Input(format!("--clearance: {problem}"))
+}
+
 impl Gapped {
     /// Of an equilibrium without gaps.
     pub fn of(
@@ -138,33 +148,34 @@ impl Gapped {
         gap: Gap,
         guide: Option<Guide>,
     ) -> Result<Self, Failure> {
-        let robot = found.robot();
-        let wrong = |problem: ClearanceProblem| Failure::Input(format!("--clearance: {problem}"));
-        let clearance = match gap {
-            Gap::Radii => Clearance::of(robot).map_err(wrong)?,
-            Gap::All(gap) => Clearance::equal(robot, gap),
-        };
-        let found = solver.with_clearance(found, &Clearance { guide, ..clearance }).map_err(wrong)?;
+        let asked = clearance(gap, found.robot().gaps(), guide)?;
+        Self::solved(solver.with_clearance(found, &asked).map_err(|problem| wrong(&problem))?)
+    }
+
+    /// Of a robot with parts or joints, where the radii leave `known` gaps.
+    pub fn of_bundle(
+        solver: &mut BundleSolver,
+        found: &BundleEquilibrium,
+        known: Vec<Option<f64>>,
+        gap: Gap,
+        guide: Option<Guide>,
+    ) -> Result<Self, Failure> {
+        match solver.with_clearance(found, &clearance(gap, known.clone(), guide)?) {
+            Err(problem @ ClearanceProblem::Nonlinear { .. }) if guide.is_none() => {
+                Self::estimated(Play::of(solver, found, &gap.between(known)), problem.to_string())
+            }
+            Err(problem) => Err(wrong(&problem)),
+            Ok(found) => Self::solved(found),
+        }
+    }
+
+    fn solved(found: Option<ClearanceEquilibrium>) -> Result<Self, Failure> {
         let found = found.ok_or_else(|| {
             Failure::NoEquilibrium(
                 "--clearance: no equilibrium with contact was found next to that without; command less, or let cppr limits estimate what gaps change".into(),
             )
         })?;
         Ok(Self::Solved(Box::new(found)))
-    }
-
-    /// Of a robot with parts.
-    pub fn of_bundle(
-        solver: &mut BundleSolver,
-        found: &BundleEquilibrium,
-        known: Vec<Option<f64>>,
-        gap: Gap,
-    ) -> Result<Self, Failure> {
-        let play = Play::of(solver, found, &gap.between(known));
-        Self::estimated(
-            play,
-            "clearance is solved for in robots of one length without parts and joints".into(),
-        )
     }
 
     fn estimated(play: Option<Play>, because: String) -> Result<Self, Failure> {
@@ -204,10 +215,16 @@ impl Gapped {
             };
             let zones: Vec<String> = pair.zones.iter().map(zone).collect();
             let zones = if zones.is_empty() { "nowhere on the wall".into() } else { zones.join(", ") };
+            // Where the tube between two has ended.
+            let around = if pair.inner > pair.outer + 1 {
+                format!(" in tube {}", pair.outer + 1)
+            } else {
+                String::new()
+            };
             let text = format!(
-                "tube {} lies {} mm aside on average in a gap of {} mm, {zones}",
+                "tube {}{around} lies {} mm aside on average in a gap of {} mm, {zones}",
                 pair.inner + 1,
-                mm(pair.mean(&found.labels)[0]),
+                mm(pair.mean(found)[0]),
                 mm(pair.gap)
             );
             lines.push((String::new(), text));
@@ -231,13 +248,15 @@ impl Gapped {
         whole
     }
 
-    /// The axis of tube 1, for a picture of the shape over two axes of the base.
+    /// The axis of the outermost tube, for a picture of the shape over two axes of the base.
     pub fn line(&self, [across, up]: [usize; 2]) -> Option<Series> {
         let Self::Solved(found) = self else { return None };
-        let above = found.labels.iter().zip(&found.centres).filter(|(label, _)| **label >= 0.0);
         Some(Series {
             name: "centreline with gaps".into(),
-            points: above.map(|(_, centre)| [centre[across] * 1e3, centre[up] * 1e3]).collect(),
+            points: found.centres[found.guided..]
+                .iter()
+                .map(|own| [own[across] * 1e3, own[up] * 1e3])
+                .collect(),
             line: Some(tube_stroke(3)),
             ..Series::default()
         })
@@ -260,12 +279,17 @@ impl Gapped {
             found.pairs.iter().map(one).collect()
         };
         let along = |values: &[[f64; 2]], of: &dyn Fn(&[f64; 2]) -> f64| -> Vec<[f64; 2]> {
-            found.labels.iter().zip(values).map(|(x, own)| [x * 1e3, of(own)]).collect()
+            let there = found.labels.iter().zip(values).filter(|(_, own)| own[0].is_finite());
+            there.map(|(x, own)| [x * 1e3, of(own)]).collect()
         };
         let size = |own: &[f64; 2]| own[0].hypot(own[1]);
         let mut offsets = Axis::new("offset in the gap", "mm");
         let mut forces = Axis::new("force of the wall", "N/mm");
-        let planar = found.pairs.iter().flat_map(|pair| &pair.offset).all(|own| own[1].abs() < FLAT * widest);
+        let planar = found
+            .pairs
+            .iter()
+            .flat_map(|pair| &pair.offset)
+            .all(|own| own[1].is_nan() || own[1].abs() < FLAT * widest);
         let panels = if planar {
             offsets.range = Some([-1.05 * widest, 1.05 * widest]);
             forces.zero_line = true;

@@ -7,7 +7,7 @@ use crate::table::plain;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver, TubeEffort};
 use cppr::bundle::{Contact, Friction, Rubbed};
 use cppr_io::contact_record;
-use cppr_plot::{Axis, Panel, Series, tube_stroke};
+use cppr_plot::{Axis, Figure, Panel, Series, tube_stroke};
 use serde_json::Value;
 
 /// Sections at which contact is told, per length.
@@ -146,8 +146,19 @@ impl Touch {
         lines
     }
 
+    /// Adds the shape with gaps to a figure, and below it the panels.
+    pub fn draw(&self, figure: &mut Figure) {
+        // In the plane there is the first of these views alone; the second of four is in perspective.
+        for (view, axes) in [(0, [0, 1]), (2, [0, 2]), (3, [1, 2])] {
+            if let (Some(panel), Some(gapped)) = (figure.panels.get_mut(view), &self.gapped) {
+                panel.series.extend(gapped.line(axes));
+            }
+        }
+        figure.panels.extend(self.panels());
+    }
+
     /// Contact force along the robot, and what gaps make of it.
-    pub fn panels(&self) -> Vec<Panel> {
+    fn panels(&self) -> Vec<Panel> {
         let pairs = self.contact.pairs.iter().filter(|pair| pair.greatest() > NOTHING);
         let series: Vec<Series> = pairs
             .map(|pair| Series {

@@ -44,6 +44,7 @@ Examples:
   cppr solve robots/r1.toml --pull 6mm --clearance radii --plot gaps.svg
   cppr solve robots/r1.toml --pull 6mm --clearance radii --guide 20mm --guide-gap 0.5mm
   cppr solve robots/helicoid.toml --pull 8mm --clearance radii --plot winding.svg
+  cppr solve robots/bundles/s_shape.toml --pull 5mm --clearance 0.3mm --plot gaps_s.svg
   cppr solve robots/bundles/two_sections.toml --pull 2=3mm --pull 4=2mm
   cppr solve robots/bundles/s_shape.toml --pull 1=-20mm --pull 2=-15mm --plot s.svg
   cppr solve robots/wrists/superelastic.toml --tension 2=1N --hysteresis --plot hysteresis.svg
@@ -74,7 +75,7 @@ pub struct Args {
     /// Tell how hard the tubes press on each other along the robot, in the results and in a panel of the figure too
     #[arg(long)]
     pub contact: bool,
-    /// Solve with a radial gap of this size between all tubes, or with those that the `radii` leave, and contact at the walls; estimated for robots with parts or joints
+    /// Solve with a radial gap of this size between all tubes, or with those that the `radii` leave, and contact at the walls; estimated where metal is not linear
     #[arg(long, value_name = "GAP", allow_hyphen_values = true, value_parser = gap)]
     pub clearance: Option<Gap>,
     /// Radial gap between tube 2 and the --guide below the plate, at whose lower end the motors hold the tubes; without it they leave the plate on the axis and straight
@@ -165,19 +166,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     outputs.draw(|| {
         let mut figure = figure::shape(&mut solver, found, args.samples as usize)?;
-        // In the plane there is the first of these views alone; the second of four is in perspective.
-        for (view, axes) in [(0, [0, 1]), (2, [0, 2]), (3, [1, 2])] {
-            if let (Some(panel), Some(gapped)) = (figure.panels.get_mut(view), &touch.gapped) {
-                panel.series.extend(gapped.line(axes));
-            }
-        }
-        figure.panels.extend(touch.panels());
+        touch.draw(&mut figure);
         Ok(figure)
     })?;
     let margin = margin.zip(direction).map(|(margin, direction)| (margin, margin_error, direction));
     let text =
         table(&resolved, &shape, margin, exceeded.as_ref(), unstable.as_ref(), &touch, [time, checked]);
     outputs.report(&text)
+}
+
+impl Args {
+    /// The guide in which tube 2 has play.
+    pub fn guide(&self) -> Option<Guide> {
+        self.friction.guide.zip(self.guide_gap).map(|(length, gap)| Guide { length, gap })
+    }
 }
 
 /// What the tubes do to each other, where that is asked for.
@@ -187,8 +189,7 @@ fn touch(
     args: &Args,
     friction: Option<Friction>,
 ) -> Result<Touch, Failure> {
-    let guide = args.friction.guide.zip(args.guide_gap).map(|(length, gap)| Guide { length, gap });
-    let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap, guide)).transpose()?;
+    let gapped = args.clearance.map(|gap| Gapped::of(solver, found, gap, args.guide())).transpose()?;
     if !(args.contact || friction.is_some()) {
         return Ok(Touch { gapped, ..Touch::default() });
     }

@@ -224,7 +224,7 @@ fn a_robot_file_holds_friction() {
     refused(&[&["sweep", &one, "--pull", "1mm"], &idle[..]].concat(), "leaves friction out");
 }
 
-/// A robot of one length is solved with contact, near what is estimated; of others the estimate is told, and why it is one.
+/// Robots are solved with contact, near what is estimated; where metal is not linear the estimate is told, and why it is one.
 #[test]
 fn gaps_are_solved_for_or_estimated() {
     let pose = ["robots/r1.toml", "--pull", "6mm", "--json", "-"];
@@ -254,10 +254,22 @@ fn gaps_are_solved_for_or_estimated() {
     let zone = &winding["clearance"]["pairs"][0]["zones"][0];
     let [first, last] = [0, 1].map(|i| zone["angle_rad"][i].as_f64().unwrap());
     assert!((last - first).abs() > 3.0, "the wall that is touched winds with the notches: {zone}");
-    let estimated = "robots/bundles/s_shape.toml";
-    let whole = json(&["solve", estimated, "--pull", "5mm", "--clearance", "0.1mm", "--json", "-"]);
+    let parts = "robots/bundles/s_shape.toml";
+    let whole = json(&["solve", parts, "--pull", "5mm", "--clearance", "0.1mm", "--json", "-"]);
+    let own_parts = &whole["clearance"];
+    assert_eq!(own_parts["method"], "solved");
+    assert!((0.8..0.99).contains(&(force(own_parts, 2) / force(&whole, 2))), "{}", own_parts["actuators"]);
+    let sides: Vec<bool> = own_parts["pairs"][0]["zones"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|zone| zone["angle_rad"][0].as_f64().unwrap().abs() > 1.0)
+        .collect();
+    assert!(sides.contains(&true) && sides.contains(&false), "the bend of an S has two insides: {sides:?}");
+    let estimated = "robots/wrists/superelastic.toml";
+    let whole = json(&["solve", estimated, "--pull", "2=0.2mm", "--clearance", "0.05mm", "--json", "-"]);
     assert_eq!(whole["clearance"]["method"], "estimated");
-    assert!(whole["clearance"]["because"].as_str().unwrap().contains("without parts"));
+    assert!(whole["clearance"]["because"].as_str().unwrap().contains("not, or its teeth"));
     // Play in the guide is less force for the same pull.
     let guide = ["--guide", "20mm", "--guide-gap", "0.5mm"];
     let guided = json(&[&["solve"][..], &pose, &["--clearance", "radii"], &guide].concat());
@@ -267,13 +279,17 @@ fn gaps_are_solved_for_or_estimated() {
     refused(&[&asked[..], &["--guide", "20mm"]].concat(), "--guide-gap");
     refused(&[&asked[..], &["--guide-gap", "1mm"]].concat(), "--guide <LENGTH>");
     refused(&[&asked[..], &["--guide", "20mm", "--guide-gap", "radii"]].concat(), "for instance 0.1mm");
-    let parts = ["solve", estimated, "--pull", "1mm", "--clearance", "0.1mm"];
-    refused(&[&parts[..], &guide].concat(), "without parts");
+    let metal = ["solve", estimated, "--pull", "2=0.2mm", "--clearance", "0.05mm"];
+    refused(&[&metal[..], &guide].concat(), "linear tubes");
+    let telescope =
+        ["solve", "robots/bundles/concentric3.toml", "--rotate", "3=60deg", "--clearance", "radii"];
+    let said = text(&cppr(&telescope).stdout);
+    assert!(said.contains("tube 3 lies") && said.contains("on the wall"), "{said}");
     for (robot, gap, words) in [
         ("r1", "-0.1mm", "cannot be negative"),
         ("r1", "0.1", "unit"),
         ("childs3", "radii", "give the gap"),
-        ("bundles/s_shape", "0mm", "no tubes have a gap"),
+        ("bundles/s_shape", "radii", "give the gap"),
     ] {
         let robot = format!("robots/{robot}.toml");
         refused(&["solve", &robot, "--pull", "1mm", "--clearance", gap], words);

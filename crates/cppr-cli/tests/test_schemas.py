@@ -89,6 +89,8 @@ BUNDLES = {
         "solve robots/bundles/two_sections.toml --pull 2=1mm --friction 0.1 --contact --samples 3",
         "solve robots/wrists/superelastic.toml --tension 2=0.5N --hysteresis --samples 2",
         "solve robots/bundles/s_shape.toml --pull 5mm --clearance 0.1mm --samples 3",
+        "solve robots/bundles/concentric3.toml --rotate 3=60deg --clearance radii --samples 3",
+        "solve robots/wrists/superelastic.toml --pull 2=0.2mm --clearance 0.05mm --samples 2",
     ],
     "bundle-continue": [
         "continue robots/bundles/two_curved.toml --along rotate=2 --to 360deg",

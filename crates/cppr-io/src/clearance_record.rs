@@ -31,6 +31,10 @@ pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
             "abscissa_m": follower.abscissa, "tilt_rad": follower.tilt,
         })
     });
+    // Where both are no neighbours stands null.
+    let there = |values: &[[f64; 2]]| -> Vec<Option<[f64; 2]>> {
+        values.iter().map(|own| own.iter().all(|value| value.is_finite()).then_some(*own)).collect()
+    };
     let pair = |pair: &PairClearance| {
         let zones = pair.zones.iter().map(|zone| {
             json!({
@@ -39,8 +43,8 @@ pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
         });
         json!({
             "outer": pair.outer + 1, "inner": pair.inner + 1, "gap_m": pair.gap,
-            "mean_offset_m": pair.mean(&own.labels)[0], "zones": zones.collect::<Vec<_>>(),
-            "offset_m": pair.offset, "force_N_m": pair.force,
+            "mean_offset_m": pair.mean(own)[0], "zones": zones.collect::<Vec<_>>(),
+            "offset_m": there(&pair.offset), "force_N_m": there(&pair.force),
         })
     };
     let centres = own.centres.iter().map(|centre| <[f64; 3]>::from(*centre));
@@ -48,6 +52,10 @@ pub fn equilibrium(own: &ClearanceEquilibrium) -> Value {
     json!({
         "tip_position_m": <[f64; 3]>::from(own.tip()), "bend_angle_rad": own.bend(),
         "error": { "tip_m": own.error[0], "force_N": own.error[1] },
+        "leader": {
+            "pull_m": own.leader.label, "rotation_rad": own.leader.rotation,
+            "tension_N": own.leader.force, "torque_N_m": own.leader.torque,
+        },
         "actuators": actuators.collect::<Vec<_>>(), "pairs": own.pairs.iter().map(pair).collect::<Vec<_>>(),
         "x_m": own.labels, "centre_m": centres.collect::<Vec<_>>(), "axes": axes.collect::<Vec<_>>(),
     })

@@ -566,6 +566,20 @@ impl BundleEquilibrium {
         self.with(|solver| clearance::estimate(py, &mut solver.clone(), &self.found, &gaps))
     }
 
+    /// The equilibrium with gaps between the tubes.
+    #[pyo3(signature = (gap = None, *, guide = None, elements = 120))]
+    fn with_clearance<'py>(
+        &self,
+        py: Python<'py>,
+        gap: Option<f64>,
+        guide: Option<(f64, f64)>,
+        elements: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let asked = clearance::asked(gap, self.design.gaps(), guide, elements)?;
+        let found = py.detach(|| self.with(|solver| solver.with_clearance(&self.found, &asked)));
+        clearance::solved(py, found)
+    }
+
     /// Fields at sections at most `spacing` (m) apart, from the plate to the last tip.
     #[pyo3(signature = (spacing = None))]
     fn sample<'py>(&self, py: Python<'py>, spacing: Option<f64>) -> PyResult<Bound<'py, PyDict>> {

@@ -2,10 +2,8 @@
 
 use crate::arrays::{block, line, table};
 use crate::errors;
-use crate::robot::Shared;
 use cppr::bundle::solve::{BundleEquilibrium, BundleSolver};
-use cppr::clearance::{Clearance, Guide};
-use cppr::solve::Equilibrium;
+use cppr::clearance::{Clearance, ClearanceEquilibrium, ClearanceProblem, Guide};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -53,25 +51,28 @@ pub fn estimate<'py>(
     Ok(dict)
 }
 
-/// The equilibrium with gaps.
-pub fn solve<'py>(
-    py: Python<'py>,
-    shared: &Shared,
-    start: &Equilibrium,
+/// Gaps that are asked for, where the radii leave `known`.
+pub fn asked(
     gap: Option<f64>,
+    known: Vec<Option<f64>>,
     guide: Option<(f64, f64)>,
     elements: usize,
-) -> PyResult<Bound<'py, PyDict>> {
-    let wrong = |problem: cppr::clearance::ClearanceProblem| PyValueError::new_err(problem.to_string());
-    let robot = start.robot();
-    let own = match gap {
-        Some(gap) => Clearance::equal(robot, gap),
-        None => Clearance::of(robot).map_err(wrong)?,
-    };
+) -> PyResult<Clearance> {
+    let own = Clearance::known(&gap.map_or(known.clone(), |gap| vec![Some(gap); known.len()]));
     let guide = guide.map(|(length, gap)| Guide { length, gap });
-    let own = Clearance { guide, elements, ..own };
-    let found = py.detach(|| shared.with(|solver| solver.with_clearance(start, &own))).map_err(wrong)?;
-    let found = found.ok_or_else(|| {
+    Ok(Clearance { guide, elements, ..own.map_err(wrong)? })
+}
+
+fn wrong(problem: ClearanceProblem) -> PyErr {
+    PyValueError::new_err(problem.to_string())
+}
+
+/// The equilibrium with gaps.
+pub fn solved(
+    py: Python<'_>,
+    found: Result<Option<ClearanceEquilibrium>, ClearanceProblem>,
+) -> PyResult<Bound<'_, PyDict>> {
+    let found = found.map_err(wrong)?.ok_or_else(|| {
         errors::error(py, "NoEquilibrium", "no equilibrium with gaps was found next to that without")
     })?;
     let dict = PyDict::new(py);
@@ -81,6 +82,12 @@ pub fn solve<'py>(
     dict.set_item("pull", line(py, found.followers.iter().map(|own| own.pull)))?;
     dict.set_item("tension", line(py, found.followers.iter().map(|own| own.tension)))?;
     dict.set_item("torque", line(py, found.followers.iter().map(|own| own.torque)))?;
+    let leader = PyDict::new(py);
+    leader.set_item("pull", found.leader.label)?;
+    leader.set_item("rotation", found.leader.rotation)?;
+    leader.set_item("tension", found.leader.force)?;
+    leader.set_item("torque", found.leader.torque)?;
+    dict.set_item("leader", leader)?;
     dict.set_item("labels", line(py, found.labels.iter().copied()))?;
     dict.set_item("centres", table(py, found.centres.iter().flat_map(|c| [c.x, c.y, c.z]).collect(), 3)?)?;
     let axes = found.frames.iter().flat_map(|own| own.transpose().iter().copied().collect::<Vec<_>>());
@@ -90,7 +97,7 @@ pub fn solve<'py>(
         own.set_item("outer", pair.outer + 1)?;
         own.set_item("inner", pair.inner + 1)?;
         own.set_item("gap", pair.gap)?;
-        own.set_item("mean_offset", pair.mean(&found.labels)[0])?;
+        own.set_item("mean_offset", pair.mean(&found)[0])?;
         own.set_item("offset", table(py, pair.offset.concat(), 2)?)?;
         own.set_item("force", table(py, pair.force.concat(), 2)?)?;
         let zones = pair.zones.iter().map(|zone| (zone.from, zone.to, zone.angles, zone.force));

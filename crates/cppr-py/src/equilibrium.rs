@@ -154,7 +154,9 @@ impl Equilibrium {
         guide: Option<(f64, f64)>,
         elements: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        clearance::solve(py, &self.shared, &self.found, gap, guide, elements)
+        let asked = clearance::asked(gap, self.found.robot().gaps(), guide, elements)?;
+        let found = py.detach(|| self.shared.with(|solver| solver.with_clearance(&self.found, &asked)));
+        clearance::solved(py, found)
     }
 
     #[getter]

@@ -387,6 +387,21 @@ def test_gaps_are_estimated() -> None:
     assert np.ptp(np.unwrap(np.arctan2(*pair["offset"][20:-20].T[::-1]))) > 1, "the notches wind about the axis, and so does what lies on the wall"
 
 
+def test_bundles_are_solved_with_gaps() -> None:
+    same = [robot.solve(pull=6 * cppr.mm).with_clearance(elements=40) for robot in (cppr.Robot.from_toml(ROOT / "robots/r1.toml"), cppr.Bundle.from_toml(ROOT / "robots/r1.toml"))]
+    assert np.allclose(same[0]["tip_position"], same[1]["tip_position"], atol=1e-6)
+    eq = cppr.Bundle.from_toml(ROOT / "robots/bundles/two_curved.toml").solve(rotate={2: 1.0})
+    loose = eq.with_clearance(elements=40)
+    (pair,) = loose["pairs"]
+    assert np.all(np.linalg.norm(pair["offset"], axis=1) <= 0.05e-3 * (1 + 1e-6)) and pair["zones"]
+    assert loose["leader"]["torque"] == pytest.approx(-loose["torque"][0], rel=1e-3), "no load: the torques of the plate balance"
+    telescope = cppr.Bundle.from_toml(ROOT / "robots/bundles/concentric3.toml").solve().with_clearance(elements=40)
+    assert np.isnan(telescope["pairs"][0]["offset"][-1]).all() and np.isfinite(telescope["pairs"][1]["mean_offset"])
+    wrist = cppr.Bundle.from_toml(ROOT / "robots/wrists/superelastic.toml").solve(pull={2: 0.2e-3})
+    with pytest.raises(ValueError, match="linear tubes alone"):
+        wrist.with_clearance(gap=0.05e-3)
+
+
 def test_a_cycle_comes_back_to_its_loop() -> None:
     robot = cppr.Bundle.from_toml(ROOT / "robots/r1.toml")
     path = [{"pull": x * cppr.mm} for x in (0, 3, 0, 3)]

@@ -295,7 +295,7 @@ fn equilibria_are_those_of_chains_in_contact() {
             assert!(away < bounds[0], "{name}, {program}: the tip is {away} mm away");
             let force = found.followers[0].tension / known["tension_N"].as_f64().unwrap() - 1.0;
             assert!(force.abs() < bounds[1], "{name}, {program}: the tension is off by {force}");
-            let [_, mean, _] = found.pairs[0].mean(&found.labels);
+            let [_, mean, _] = found.pairs[0].mean(&found);
             let off = -mean * 1e3 - known["offset_mm"]["mean"].as_f64().unwrap();
             assert!(off.abs() < bounds[2], "{name}, {program}: the mean offset is off by {off} mm");
         }

@@ -241,13 +241,14 @@ class Equilibrium:
         """The equilibrium with radial gaps between the tubes and contact at their walls, from this one without: gaps that the radii leave, or `gap` (m)
         between all tubes. `guide` is length and radial gap (m) of a guide below the baseplate in which tube 2 has play; without it every tube leaves the plate on the axis and straight.
 
-        `tip_position` (m) and `bend_angle` (rad, between the tip and +X) are those of the tip of tube 1; `error` says how far tip (m) and tensions (N) moved from half as many
-        `elements`. `pull` (m), `tension` (N) and `torque` (N m) have one value for each of tubes 2, 3, ... Along tube 1, at its `labels` (m), shape (n,), below 0 in the guide: `centres` (m),
-        shape (n, 3), and `frames`, shape (n, 3, 3), whose columns are the tangent and the axes of its material that are +Y and +Z at rest. `pairs` has per pair of neighbours the tube numbers
-        `outer` and `inner`, `gap` (m), the offset of the inner tube's axis along these two axes, `offset` (m), shape (n, 2), its mean size `mean_offset`, the `force` of the wall on the inner tube per length
+        `tip_position` (m) and `bend_angle` (rad, between the tip and +X) are those of the tip; `error` says how far tip (m) and tensions (N) moved from half as many
+        `elements`. `pull` (m), `tension` (N) and `torque` (N m) have one value for each of tubes 2, 3, ...; `leader` has `pull`, `rotation`, `tension` and `torque` of tube 1. At sections, whose
+        `labels` (m), shape (n,), are those of tube 1, beyond its tip those of the outermost tube that goes on, shifted, and go on below the plate in the guide: `centres` of the outermost tube (m),
+        shape (n, 3), and `frames`, shape (n, 3, 3), whose columns are the tangent and the axes of its material that are +Y and +Z where it is straight and not turned. `pairs` has per pair of neighbours the tube numbers
+        `outer` and `inner`, `gap` (m), the offset of the inner tube's axis along these two axes, `offset` (m), shape (n, 2), NaN where both are no neighbours, its mean size `mean_offset`, the `force` of the wall on the inner tube per length
         (N/m), shape (n, 2), and `zones` where the inner tube lies on a wall: labels (m) from and to, the angles of the offset there (rad), and the force (N).
 
-        Raises `ValueError` for gaps that are not known and what else cannot be asked, and `NoEquilibrium` where none is found.
+        Raises `ValueError` for gaps that are not known and what else cannot be asked (in a bundle, metal that is not linear), and `NoEquilibrium` where none is found.
         """
 
     @property
@@ -759,6 +760,22 @@ class BundleEquilibrium:
         `layer` behind the plate beyond which it lies on the wall (m) and whether it does, `touches`. `tip_position` (m) and `tip_direction` are those of the tip; per tube,
         the outermost first, `pull` (m), `tension` (N) and `backlash` (m), the travel over which the tension passes zero, NaN where there is none. Raises `NoEquilibrium`
         where the estimate cannot be made.
+        """
+
+    def with_clearance(
+        self, gap: float | None = None, *, guide: tuple[float, float] | None = None, elements: int = 120
+    ) -> dict[str, Any]:
+        """The equilibrium with radial gaps between the tubes and contact at their walls, from this one without: gaps that the radii leave, or `gap` (m)
+        between all tubes. `guide` is length and radial gap (m) of a guide below the baseplate in which tube 2 has play; without it every tube leaves the plate on the axis and straight.
+
+        `tip_position` (m) and `bend_angle` (rad, between the tip and +X) are those of the tip; `error` says how far tip (m) and tensions (N) moved from half as many
+        `elements`. `pull` (m), `tension` (N) and `torque` (N m) have one value for each of tubes 2, 3, ...; `leader` has `pull`, `rotation`, `tension` and `torque` of tube 1. At sections, whose
+        `labels` (m), shape (n,), are those of tube 1, beyond its tip those of the outermost tube that goes on, shifted, and go on below the plate in the guide: `centres` of the outermost tube (m),
+        shape (n, 3), and `frames`, shape (n, 3, 3), whose columns are the tangent and the axes of its material that are +Y and +Z where it is straight and not turned. `pairs` has per pair of neighbours the tube numbers
+        `outer` and `inner`, `gap` (m), the offset of the inner tube's axis along these two axes, `offset` (m), shape (n, 2), NaN where both are no neighbours, its mean size `mean_offset`, the `force` of the wall on the inner tube per length
+        (N/m), shape (n, 2), and `zones` where the inner tube lies on a wall: labels (m) from and to, the angles of the offset there (rad), and the force (N).
+
+        Raises `ValueError` for gaps that are not known and what else cannot be asked (in a bundle, metal that is not linear), and `NoEquilibrium` where none is found.
         """
 
     @property

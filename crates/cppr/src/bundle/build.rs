@@ -234,7 +234,8 @@ fn parts(number: usize, tube: &TubeParts) -> Result<BundleTube, Vec<DesignProble
     }
     merge_uniform(&mut pieces);
     let radius = tube.parts.iter().map(|part| reach(&part.body)).fold(0.0, f64::max);
-    Ok(BundleTube { pieces, tip: from, shaft: tube.shaft, radius })
+    let bore = tube.parts.iter().map(|part| bore(&part.body)).fold(radius, f64::min);
+    Ok(BundleTube { pieces, tip: from, shaft: tube.shaft, radius, wall: radius - bore })
 }
 
 /// Outer radius of a body (m); 0 where it is not known.
@@ -242,6 +243,14 @@ fn reach(body: &TubeDesign) -> f64 {
     match body {
         TubeDesign::Notched(tube) => tube.outline.outer_reach(),
         TubeDesign::Stiffness(_) => 0.0,
+    }
+}
+
+/// Inner radius of a body (m), beyond all others where it is not known.
+fn bore(body: &TubeDesign) -> f64 {
+    match body {
+        TubeDesign::Notched(tube) => tube.outline.inner_clearance(),
+        TubeDesign::Stiffness(_) => f64::INFINITY,
     }
 }
 

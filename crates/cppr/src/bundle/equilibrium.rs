@@ -108,6 +108,11 @@ impl BundleEquilibrium {
         &self.command
     }
 
+    /// How its tubes give way along their lengths.
+    pub(crate) fn lengthening(&self) -> Lengthening {
+        self.lengthening
+    }
+
     /// Whether it was found, and is stable.
     #[must_use]
     pub fn status(&self) -> Status {

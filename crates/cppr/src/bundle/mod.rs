@@ -75,8 +75,9 @@ pub struct BundleTube {
     pub(crate) tip: f64,
     /// Between motor and plate; `None` is rigid.
     pub(crate) shaft: Option<Shaft>,
-    /// Outer radius (m); 0 of a tube that is given by its stiffness.
+    /// Outer radius (m) and thickness of the wall (m); 0 of a tube that is given by its stiffness.
     pub(crate) radius: f64,
+    pub(crate) wall: f64,
 }
 
 impl BundleTube {

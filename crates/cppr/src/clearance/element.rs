@@ -1,23 +1,24 @@
 //! Energy of one element of one tube: a rod between two nodes, in space.
 //!
-//! R(ξ), 0 ≤ ξ ≤ 1, is the rotation of the tube's material against that of the straight tube at rest, x(ξ) its label, a length of its centroid line, linear in ξ. With
+//! R(ξ), 0 ≤ ξ ≤ 1, is the rotation of the tube's material against that of the straight tube, x(ξ) its label, a length of its axis when free, linear in ξ. With
 //!
 //! ```text
 //! R(ξ) = R_a exp(Θ(ξ)^) ,   Θ(0) = 0 ,  Θ(½) = Θ_m ,  Θ(1) = log(R_aᵀ R_b) ,   Θ quadratic,   k = J(Θ)ᵀ dΘ/dξ ,
 //! ```
 //!
-//! k are the rates of twist and bending per ξ. Where the centroid stands at D in the direction φ of the section, the axis advances along its tangent t = R e_x by
-//! a = Δx (1 + e) + D k_Z per ξ. The force n that the element carries, constant along it, holds its ends at their places p:
+//! k are the rates of twist and bending per ξ. A tube that is curved by κ° when free has the centroid line Δℓ = Δx (1 − D κ°_Z) there. Where the centroid stands at D in the direction φ of the section, the axis advances along its tangent t = R e_x by
+//! a = Δℓ (1 + e) + D k_Z per ξ. The force n that the element carries, constant along it, holds its ends at their places p:
 //!
 //! ```text
-//! W = ∫ ½ (GJ k_x² + EI_Y k_Y² + EI_Z k_Z²)/Δx − (n·t) a + ½ EA e² Δx dξ + n·(p_b − p_a) ,
+//! W = ∫ ½ (GJ k_x² + EI_Y (k_Y − κ°_Y Δx)² + EI_Z (k_Z − κ°_Z Δx)²)/Δℓ − (n·t) a + ½ EA e² Δℓ dξ + n·(p_b − p_a) ,
 //! ```
 //!
 //! where a tube that stretches has e = n·t/EA. A force f per label (the weight of the tube, or a load) does the work ∫ f·p dx with p of the same formula:
 //! (1 − ξ) Δx f is added to n in the integral, and Δx f·p_a taken off. Everything is in units of the length L, of EI and of EI/L².
 
 use super::number::Second;
-use crate::design::fields::{Fields, Jet, Part};
+use crate::bundle::BundleTube;
+use crate::bundle::curve::Piece;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::array::from_fn;
 
@@ -77,7 +78,7 @@ const ARC: [f64; 7] =
 /// One tube, in scaled units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TubeFields<'a> {
-    pub fields: &'a Fields,
+    pub tube: &'a BundleTube,
     /// Units of length (m) and of bending stiffness (N m²).
     pub units: [f64; 2],
     pub stretches: bool,
@@ -98,7 +99,8 @@ pub(super) struct Element {
     pub labels: [f64; 2],
     pub force: Vector3<f64>,
     pub places: [Vector3<f64>; 2],
-    pub part: Part,
+    /// First and last piece of its tube that it may lie on.
+    pub part: [usize; 2],
 }
 
 type Triple = [Turning; 3];
@@ -274,30 +276,62 @@ impl Element {
 }
 
 impl TubeFields<'_> {
+    /// Label of its tip.
+    pub fn tip(&self) -> f64 {
+        self.tube.tip / self.units[0]
+    }
+
+    /// Least bending stiffness where its pieces end.
+    pub fn softest(&self) -> f64 {
+        let ends = self.tube.pieces.iter().map(|own| own.field(2, own.to)[0].min(own.field(1, own.to)[0]));
+        ends.fold(f64::INFINITY, f64::min) / self.units[1]
+    }
+
+    /// The piece at a label (m).
+    fn piece(&self, label: f64, [first, last]: [usize; 2]) -> &Piece {
+        let pieces = &self.tube.pieces[first..=last];
+        &pieces[pieces.partition_point(|own| own.to <= label).min(pieces.len() - 1)]
+    }
+
+    /// Direction of its centroid (rad) at a label.
+    pub fn direction(&self, label: f64, part: [usize; 2]) -> f64 {
+        let x = label * self.units[0];
+        self.piece(x, part).direction(x)[0]
+    }
+
     /// Energy per ξ, with the work of force and loads, of the local inputs.
-    fn energy(&self, values: &[f64; LOCAL], part: Part, xi: f64) -> Local {
+    fn energy(&self, values: &[f64; LOCAL], part: [usize; 2], xi: f64) -> Local {
         let [k_x, k_y, k_z, label, way, force, gravity, load, side_y, side_z, lifted, carried] =
             from_fn(|i| Local::input(values[i], i));
         let [length, stiffness] = self.units;
-        let jets = self.fields.jets(label.value * length, part);
-        let scaled = |[value, slope, bend]: Jet, unit: f64| {
+        let x = label.value * length;
+        let own = self.piece(x, part);
+        let [offset, bending_y, bending_z, torsion, axial, mass, rest_y, rest_z] =
+            own.jets(x).unwrap_or_else(|| from_fn(|which| own.field(which, x)));
+        let scaled = |[value, slope, bend]: [f64; 3], unit: f64| {
             label.chain([value / unit, slope * length / unit, bend * length * length / unit])
         };
-        let [phi, slope, bend, _] = jets.direction;
+        let [phi, slope, bend] = own.direction(x);
         let (sin, cos) = label.chain([phi, slope * length, bend * length * length]).sin_cos();
         let (bent_y, bent_z) = (k_y * cos + k_z * sin, k_z * cos - k_y * sin);
-        let offset = scaled(jets.offset, length);
-        let strained = scaled(jets.torsion, stiffness) * k_x * k_x
-            + scaled(jets.bending_y, stiffness) * bent_y * bent_y
-            + scaled(jets.bending_z, stiffness) * bent_z * bent_z;
-        let mass = scaled(jets.mass, 1.0);
+        let offset = scaled(offset, length);
+        let [mut strain_y, mut strain_z, mut line] = [bent_y, bent_z, way];
+        if [rest_y, rest_z].iter().flatten().any(|own| own.abs() > 0.0) {
+            let [rest_y, rest_z] = [rest_y, rest_z].map(|own| scaled(own, 1.0 / length) * way);
+            line = way - offset * rest_z;
+            (strain_y, strain_z) = (bent_y - rest_y, bent_z - rest_z);
+        }
+        let strained = scaled(torsion, stiffness) * k_x * k_x
+            + scaled(bending_y, stiffness) * strain_y * strain_y
+            + scaled(bending_z, stiffness) * strain_z * strain_z;
+        let mass = scaled(mass, 1.0);
         let drawn = force + way * (mass * gravity + load) * (1.0 - xi);
-        let mut energy = strained * way.inverse() * 0.5
-            - drawn * (way + offset * bent_z)
+        let mut energy = strained * line.inverse() * 0.5
+            - drawn * (line + offset * bent_z)
             - way * (mass * (lifted + offset * (side_y * cos + side_z * sin)) + carried);
         if self.stretches {
-            let axial = scaled(jets.axial, stiffness / (length * length));
-            energy = energy - drawn * drawn * way * axial.inverse() * 0.5;
+            let axial = scaled(axial, stiffness / (length * length));
+            energy = energy - drawn * drawn * line * axial.inverse() * 0.5;
         }
         energy
     }
@@ -306,8 +340,8 @@ impl TubeFields<'_> {
 #[cfg(test)]
 mod tests {
     use super::{Element, FORCE, INPUTS, LABELS, MIDDLE, Number, PLACES, Spread, TURNS, TubeFields};
-    use crate::design::fields::Part;
-    use crate::design::{Profile, Robot, RobotDesign, StiffnessTube};
+    use crate::bundle::{Bundle, BundleDesign, Part, TubeParts};
+    use crate::design::{Profile, StiffnessTube};
     use nalgebra::{UnitQuaternion, Vector3};
 
     /// An element with its inputs moved.
@@ -334,9 +368,10 @@ mod tests {
             mass_per_length: Profile::linear(0.2, 0.1),
             ..StiffnessTube::uniform(3e-3, 0.0, [4e-3, 1.5e-3], 2e-3)
         };
-        let robot =
-            Robot::from_design(RobotDesign { name: "one".into(), length: 0.1, tubes: vec![tube.into()] });
-        let robot = robot.unwrap();
+        let part = Part { length: 0.1, body: tube.into(), rest_curvature: 4.0, rest_direction: 0.6 };
+        let tubes = vec![TubeParts::new(vec![part], None)];
+        let bundle = Bundle::new(&BundleDesign { name: "one".into(), tubes, joints: Vec::new() }).unwrap();
+        let own = &bundle.tubes[0];
         let turn = |x: f64, y: f64, z: f64| UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
         let first = turn(0.4, -0.3, 1.0);
         let element = Element {
@@ -345,12 +380,12 @@ mod tests {
             labels: [0.31, 0.42],
             force: Vector3::new(1.0, -2.0, 3.0),
             places: [Vector3::new(0.3, 0.1, -0.1), Vector3::new(0.36, 0.18, -0.05)],
-            part: Part::Pattern,
+            part: [1, own.pieces.len() - 1],
         };
         let spread = Spread { gravity: Vector3::new(0.5, -2.0, 1.0), load: Vector3::new(-0.3, 0.4, 1.0) };
         for stretches in [false, true] {
-            let tube = TubeFields { fields: &robot.fields()[0], units: [0.1, 2.3e-3], stretches };
-            let own = element.energy(&tube, &spread);
+            let tube = TubeFields { tube: own, units: [0.1, 2.3e-3], stretches };
+            let known = element.energy(&tube, &spread);
             let h = 1e-4;
             let at = |steps: [(usize, f64); 2]| -> Number {
                 let mut step = [0.0; INPUTS];
@@ -362,11 +397,11 @@ mod tests {
             for i in 0..INPUTS {
                 let [before, after] = [-h, h].map(|s| at([(i, s), (i, 0.0)]).value);
                 let slope = (after - before) / (2.0 * h);
-                assert!((slope - own.slopes[i]).abs() < 1e-5, "{i}: {slope} for {}", own.slopes[i]);
+                assert!((slope - known.slopes[i]).abs() < 1e-5, "{i}: {slope} for {}", known.slopes[i]);
                 for j in 0..INPUTS {
                     let four = [(h, h), (-h, -h), (h, -h), (-h, h)].map(|(a, b)| at([(i, a), (j, b)]).value);
                     let bend = (four[0] + four[1] - four[2] - four[3]) / (4.0 * h * h);
-                    let known = own.bends[i][j];
+                    let known = known.bends[i][j];
                     assert!(
                         (bend - known).abs() < 1e-5 * known.abs().max(1.0),
                         "{i}, {j}: {bend} for {known}"

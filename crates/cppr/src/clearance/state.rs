@@ -1,46 +1,69 @@
-//! Unknowns of a bundle with clearance: nodes and elements along the leader, and which of their values are free.
+//! Unknowns of a bundle with clearance: nodes and elements along it, and which of their values are free.
 
 use super::element::{Element, FORCE, INPUTS, LABELS, MIDDLE, PLACES, TURNS};
-use crate::design::fields::Part;
+use super::mesh::spin;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
-/// A section of the leader with what lies beside it (scaled). Below the plate stands a straight guide in place of the leader.
+/// A section of the bundle: that of its outermost tube, with what lies beside it (scaled). Below the plate stands a straight guide in its place.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// Centre of the leader.
+    /// The outermost tube, whose material axes are those of the section; tube 0 in the guide.
+    pub frame: usize,
+    /// Its centre.
     pub centre: Vector3<f64>,
-    /// Per tube: rotation of its material against that of the straight tube at rest, label, and axis beside the leader's, along the leader's material axes Y and Z.
+    /// Per tube: rotation of its material against that of the straight tube at rest, label, and axis beside the outermost one's, along the axes Y and Z of the section.
     pub turns: Vec<UnitQuaternion<f64>>,
     pub labels: Vec<f64>,
     pub offsets: Vec<Vector2<f64>>,
-    /// The tube whose edge stands here: its label is 0, and the leader's is unknown.
-    pub edge: Option<usize>,
+    /// Per tube: the outermost of those with which it has one axis, and one tangent, here.
+    pub axes: Vec<usize>,
+    /// How it is turned against that one.
+    pub turned: Vec<UnitQuaternion<f64>>,
+    pub at: Event,
+}
+
+/// What a node stands at.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Event {
+    /// Tubes whose labels are given.
+    pub held: Vec<usize>,
+    /// Tubes that are joined, with their labels, from outside to inside.
+    pub joined: Vec<(usize, f64)>,
+    /// Is it one of the nodes with which elements fill up a stretch, and stands at nothing?
+    pub between: bool,
 }
 
 impl Node {
-    /// From the leader's centre to the axis of a tube, in the leader's material axes.
+    /// From the centre to the axis of a tube, in the section's axes.
     fn arm(&self, tube: usize) -> Vector3<f64> {
         Vector3::new(0.0, self.offsets[tube].x, self.offsets[tube].y)
     }
 
     /// Where the axis of a tube is.
     pub fn place(&self, tube: usize) -> Vector3<f64> {
-        self.centre + self.turns[0] * self.arm(tube)
+        self.centre + self.turns[self.frame] * self.arm(tube)
     }
 
-    /// Offset of a follower's axis (from 0) against that of the tube around it.
-    pub fn offset(&self, follower: usize) -> Vector2<f64> {
-        self.offsets[follower + 1] - self.offsets[follower]
+    /// Is a tube joined to others here?
+    pub fn joins(&self, tube: usize) -> bool {
+        self.at.joined.iter().any(|own| own.0 == tube)
+    }
+
+    /// Offset of a tube's axis against that of one around it.
+    pub fn offset(&self, [outer, inner]: [usize; 2]) -> Vector2<f64> {
+        self.offsets[inner] - self.offsets[outer]
     }
 }
 
 /// What belongs to an element alone.
 #[derive(Clone, Debug)]
 pub(super) struct Span {
-    /// Per tube: rotation vector of its middle against its first end, the force it carries, and where its labels are.
+    /// Tubes that have it, from outside to inside.
+    pub tubes: Vec<usize>,
+    /// Per tube: rotation vector of its middle against its first end, the force it carries, and the first and the last piece of the stretch without jumps that its labels are on.
     pub middles: Vec<Vector3<f64>>,
     pub forces: Vec<Vector3<f64>>,
-    pub parts: Vec<Part>,
+    pub parts: Vec<[usize; 2]>,
 }
 
 /// A shape.
@@ -50,16 +73,60 @@ pub(super) struct State {
     pub spans: Vec<Span>,
     /// How many elements lie below the plate, in the guide.
     pub guided: usize,
+    /// Per wrench, the node on which it acts.
+    pub loaded: Vec<Option<usize>>,
 }
 
 impl State {
-    pub fn tubes(&self) -> usize {
-        self.nodes.first().map_or(0, |node| node.turns.len())
+    /// The node at which a motor holds a tube.
+    pub fn base(&self, tube: usize) -> usize {
+        if tube == 0 { self.guided } else { 0 }
     }
 
-    /// Tubes that have the element.
-    pub fn present(&self, element: usize) -> std::ops::Range<usize> {
-        usize::from(element < self.guided)..self.tubes()
+    /// Tubes at a node: those of the element that ends there, at the plate of that which begins.
+    pub fn tubes(&self, node: usize) -> &[usize] {
+        &self.spans[if node > self.guided { node - 1 } else { node }].tubes
+    }
+
+    /// Neighbours at a node; the guide stands in place of tube 0.
+    pub fn pairs(&self, node: usize) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let tubes = self.tubes(node);
+        let guide = (node < self.guided).then_some(0);
+        guide
+            .into_iter()
+            .chain(tubes.iter().copied())
+            .zip(tubes[usize::from(guide.is_none())..].iter().copied())
+            .map(|(a, b)| [a, b])
+    }
+
+    /// Gives those of neighbours one axis that have no gap between them, and what is joined.
+    pub fn bind(&mut self, tight: impl Fn([usize; 2]) -> bool) {
+        // At the base every tube is held on its own.
+        for number in 1..self.nodes.len() {
+            let pairs: Vec<[usize; 2]> = self.pairs(number).filter(|pair| tight(*pair)).collect();
+            let node = &mut self.nodes[number];
+            let joined: Vec<[usize; 2]> =
+                node.at.joined.windows(2).map(|pair| [pair[0].0, pair[1].0]).collect();
+            node.axes = (0..node.turns.len()).collect();
+            for [a, b] in pairs.into_iter().chain(joined) {
+                let (one, other) = (node.axes[a].min(node.axes[b]), node.axes[a].max(node.axes[b]));
+                for axis in node.axes.iter_mut().filter(|axis| **axis == other) {
+                    *axis = one;
+                }
+            }
+            let turned = node.axes.iter().zip(&node.turns);
+            node.turned = turned.map(|(axis, turn)| node.turns[*axis].inverse() * turn).collect();
+        }
+    }
+
+    /// Along the outermost tube of an element, or the guide: how long it is.
+    pub fn advance(&self, element: usize) -> f64 {
+        let ends = &self.nodes[element..element + 2];
+        if element < self.guided {
+            return ends[1].centre.x - ends[0].centre.x;
+        }
+        let tube = self.spans[element].tubes[0];
+        ends[1].labels[tube] - ends[0].labels[tube]
     }
 
     /// An element of one tube.
@@ -76,19 +143,14 @@ impl State {
     }
 }
 
-/// What is held.
-pub(super) struct Held {
-    /// Per follower: are push-pull and rotation of its motor held, not driven by force and torque?
-    pub motors: Vec<[bool; 2]>,
-    /// Per follower: has it no gap around it?
-    pub tight: Vec<bool>,
-}
-
 type Three = [Option<usize>; 3];
 
 struct NodeNumbers {
+    frame: usize,
     centre: Three,
+    /// Of the tube whose axis it shares where it shares one, and how it is turned against that about the axis.
     turns: Vec<Three>,
+    twists: Vec<Option<usize>>,
     labels: Vec<Option<usize>>,
     offsets: Vec<[Option<usize>; 2]>,
 }
@@ -113,8 +175,9 @@ pub(super) struct Numbering {
 pub(super) type Sum = Vec<(usize, f64)>;
 
 impl Numbering {
-    pub fn new(state: &State, held: &Held) -> Self {
-        let (mut count, tubes, last) = (0, state.tubes(), state.nodes.len() - 1);
+    /// `held` says of every tube whether translation and rotation of its motor are.
+    pub fn new(state: &State, held: &[[bool; 2]]) -> Self {
+        let mut count = 0;
         let mut is_force = Vec::new();
         let mut next = |force: bool| {
             count += 1;
@@ -124,48 +187,60 @@ impl Numbering {
         let (mut nodes, mut spans): (Vec<NodeNumbers>, Vec<SpanNumbers>) = (Vec::new(), Vec::new());
         for (place, node) in state.nodes.iter().enumerate() {
             let free = place > state.guided;
-            // The motors hold the lowest section.
-            let lowest = place == 0;
-            let leader = node.edge.and_then(|_| next(false));
+            // An edge in the guide stands where it does.
+            let along = place > 0 && place < state.guided && !node.at.between;
             let mut own = NodeNumbers {
-                centre: if free { [(); 3].map(|()| next(false)) } else { [leader, None, None] },
-                turns: vec![[(); 3].map(|()| if free { next(false) } else { None })],
-                labels: vec![leader],
-                offsets: vec![[None; 2]],
-            };
-            for k in 0..tubes - 1 {
-                let [pulled, turned] = held.motors[k];
-                own.turns.push(if place == last {
-                    own.turns[0]
-                } else if lowest {
-                    [if turned { None } else { next(false) }, None, None]
-                } else {
+                frame: node.frame,
+                centre: if free {
                     [(); 3].map(|()| next(false))
-                });
-                own.offsets.push(if held.tight[k] {
-                    own.offsets[k]
-                } else if place == last || lowest {
-                    [None; 2]
                 } else {
+                    [if along { next(false) } else { None }, None, None]
+                },
+                turns: vec![[None; 3]; held.len()],
+                twists: vec![None; held.len()],
+                labels: vec![None; held.len()],
+                offsets: vec![[None; 2]; held.len()],
+            };
+            let first = node.at.joined.first().map(|own| own.0);
+            for &tube in state.tubes(place) {
+                let lowest = place == state.base(tube);
+                let [pulled, turned] = held[tube];
+                let axis = node.axes[tube];
+                if lowest {
+                    own.turns[tube][0] = if turned { None } else { next(false) };
+                } else if axis == tube {
+                    own.turns[tube] = [(); 3].map(|()| next(false));
+                } else {
+                    own.turns[tube] = own.turns[axis];
+                    own.twists[tube] = match first {
+                        Some(first) if first != tube && node.joins(tube) => own.twists[first],
+                        _ => next(false),
+                    };
+                }
+                own.offsets[tube] = if axis == node.frame || place == 0 {
+                    [None; 2]
+                } else if axis == tube {
                     [(); 2].map(|()| next(false))
-                });
-                let fixed = place == last || lowest && pulled || node.edge == Some(k + 1);
-                own.labels.push(if fixed { None } else { next(false) });
+                } else {
+                    own.offsets[axis]
+                };
+                let fixed = lowest && pulled || node.at.held.contains(&tube);
+                own.labels[tube] = if fixed { None } else { next(false) };
             }
             nodes.push(own);
-            if place < last {
+            if let Some(span) = state.spans.get(place) {
                 let mut of = |force: bool| {
-                    let present = state.present(place);
                     let own =
-                        |tube| [(); 3].map(|()| if present.contains(&tube) { next(force) } else { None });
-                    (0..tubes).map(own).collect()
+                        |tube| [(); 3].map(|()| if span.tubes.contains(&tube) { next(force) } else { None });
+                    (0..held.len()).map(own).collect()
                 };
                 spans.push(SpanNumbers { middles: of(false), forces: of(true) });
             }
         }
         let mut numbering = Self { count, reach: 0, is_force, nodes, spans };
         for element in 0..numbering.spans.len() {
-            let all = state.present(element).flat_map(|tube| numbering.sums(state, element, tube)).flatten();
+            let all = state.spans[element].tubes.iter();
+            let all = all.flat_map(|tube| numbering.sums(state, element, *tube)).flatten();
             let (low, high) = all.fold((usize::MAX, 0), |(low, high), (i, _)| (low.min(i), high.max(i)));
             numbering.reach = numbering.reach.max(high.saturating_sub(low));
         }
@@ -175,32 +250,40 @@ impl Numbering {
     /// What the inputs of an element are.
     pub fn sums(&self, state: &State, element: usize, tube: usize) -> [Sum; INPUTS] {
         let mut sums: [Sum; INPUTS] = Default::default();
-        let mut put = |first: usize, three: &Three| {
+        let put = |sums: &mut [Sum], first: usize, three: &Three| {
             for (i, number) in three.iter().enumerate() {
                 sums[first + i].extend(number.map(|number| (number, 1.0)));
             }
         };
         let (ends, span) = (&self.nodes[element..element + 2], &self.spans[element]);
-        put(MIDDLE, &span.middles[tube]);
-        put(FORCE, &span.forces[tube]);
+        put(&mut sums, MIDDLE, &span.middles[tube]);
+        put(&mut sums, FORCE, &span.forces[tube]);
         for (end, own) in ends.iter().enumerate() {
-            put(TURNS[end], &own.turns[tube]);
-            put(PLACES[end], &own.centre);
+            put(&mut sums, PLACES[end], &own.centre);
+            let turned = state.nodes[element + end].turned[tube].to_rotation_matrix();
+            for i in 0..3 {
+                let sum = &mut sums[TURNS[end] + i];
+                for (axis, number) in own.turns[tube].iter().enumerate() {
+                    let factor = turned[(axis, i)];
+                    sum.extend(number.filter(|_| factor.abs() > 0.0).map(|number| (number, factor)));
+                }
+            }
+            sums[TURNS[end]].extend(own.twists[tube].map(|number| (number, 1.0)));
         }
         for (end, own) in ends.iter().enumerate() {
             sums[LABELS[end]].extend(own.labels[tube].map(|number| (number, 1.0)));
             let node = &state.nodes[element + end];
-            let matrix = node.turns[0].to_rotation_matrix();
+            let matrix = node.turns[node.frame].to_rotation_matrix();
             let arm = node.arm(tube);
             for i in 0..3 {
                 let sum = &mut sums[PLACES[end] + i];
                 for axis in 0..2 {
                     sum.extend(own.offsets[tube][axis].map(|number| (number, matrix[(i, axis + 1)])));
                 }
-                if tube > 0 {
-                    // A small turn δ of the leader moves the place by R (δ×arm).
+                if tube != node.frame {
+                    // A small turn δ of the section moves the place by R (δ×arm).
                     let turned = arm.cross(&Vector3::from(matrix.matrix().row(i).transpose()));
-                    for (axis, number) in own.turns[0].iter().enumerate() {
+                    for (axis, number) in own.turns[own.frame].iter().enumerate() {
                         sum.extend(number.map(|number| (number, turned[axis])));
                     }
                 }
@@ -209,9 +292,20 @@ impl Numbering {
         sums
     }
 
-    /// Of the leader at a node: its centre and its turn.
-    pub fn leader(&self, node: usize) -> [Three; 2] {
-        [self.nodes[node].centre, self.nodes[node].turns[0]]
+    /// Of the outermost tube at a node: its centre and its turn.
+    pub fn section(&self, node: usize) -> [Three; 2] {
+        let own = &self.nodes[node];
+        [own.centre, own.turns[own.frame]]
+    }
+
+    /// Of the turn of the tube whose axis another one shares, and of that of this one against it.
+    pub fn twist(&self, node: usize, tube: usize) -> (Three, Option<usize>) {
+        (self.nodes[node].turns[tube], self.nodes[node].twists[tube])
+    }
+
+    /// Of a tube's label at a node.
+    pub fn label(&self, node: usize, tube: usize) -> Option<usize> {
+        self.nodes[node].labels[tube]
     }
 
     /// Of a tube's offset at a node.
@@ -219,9 +313,9 @@ impl Numbering {
         self.nodes[node].offsets[tube]
     }
 
-    /// Of a follower's label and turn about its axis where its motor holds it.
-    pub fn motor(&self, follower: usize) -> [Option<usize>; 2] {
-        [self.nodes[0].labels[follower + 1], self.nodes[0].turns[follower + 1][0]]
+    /// Of a tube's label and turn about its axis at the node where its motor holds it.
+    pub fn motor(&self, node: usize, tube: usize) -> [Option<usize>; 2] {
+        [self.nodes[node].labels[tube], self.nodes[node].turns[tube][0]]
     }
 
     /// The state moved by a share of a step.
@@ -231,9 +325,15 @@ impl Numbering {
         let three = |numbers: &Three| Vector3::from(numbers.map(one));
         for (node, own) in state.nodes.iter_mut().zip(&self.nodes) {
             node.centre += three(&own.centre);
-            for (turn, numbers) in node.turns.iter_mut().zip(&own.turns) {
-                *turn *= UnitQuaternion::from_scaled_axis(three(numbers));
-                turn.renormalize();
+            for tube in 0..node.turns.len() {
+                let axis = node.axes[tube];
+                node.turns[tube] = if axis == tube {
+                    node.turns[tube] * UnitQuaternion::from_scaled_axis(three(&own.turns[tube]))
+                } else {
+                    node.turned[tube] *= spin(one(own.twists[tube]));
+                    node.turns[axis] * node.turned[tube]
+                };
+                node.turns[tube].renormalize();
             }
             for (label, number) in node.labels.iter_mut().zip(&own.labels) {
                 *label += one(*number);
@@ -255,7 +355,8 @@ impl Numbering {
 
     /// Greatest turn in a step (rad).
     pub fn turn(&self, step: &[f64]) -> f64 {
-        let all = self.nodes.iter().flat_map(|node| node.turns.iter().flatten().flatten());
+        let all =
+            self.nodes.iter().flat_map(|node| node.turns.iter().flatten().chain(&node.twists).flatten());
         all.fold(0.0, |most: f64, i| most.max(step[*i].abs()))
     }
 }
