@@ -8,7 +8,7 @@
 //! e₅ (d/e₃)^(6/4)   and   e₃ (d/e₂)^(4/3) ,
 //! ```
 //!
-//! with e from the last time that the step was of order 8, and powers of the length with which the terms go. Values alone do not tell what grows along the tubes: where an
+//! with e from the last time that the step was of order 8, or where it never was and is short, from the last such step before it, and powers of the length with which the terms go. Values alone do not tell what grows along the tubes: where an
 //! equilibrium holds them still, the slopes by the unknowns may grow without being seen, and too little with a low order. So these have to be followed as well.
 
 use super::number::Number;
